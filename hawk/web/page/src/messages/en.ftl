@@ -1266,6 +1266,7 @@ time-bar-more =
         [one] and one more
        *[other] and { $count } more
     }
+archive-clock = Times are those of { $zone }
 archive-list = List of surveys
 archive-free-of = free of { $stalls } stalls
 archive-no-picture = The picture of this survey is not kept.

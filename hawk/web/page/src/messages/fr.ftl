@@ -1250,6 +1250,7 @@ time-bar-more =
         [one] et un autre
        *[other] et { $count } autres
     }
+archive-clock = Les heures sont celles de { $zone }
 archive-list = Liste des relevés
 archive-free-of = libres sur { $stalls } places
 archive-no-picture = L'image de ce relevé n'est pas gardée.

@@ -805,6 +805,7 @@ export interface Messages {
   "time-bar-after": Record<string, never>;
   "time-bar-not-counted": Record<string, never>;
   "time-bar-more": { count: number };
+  "archive-clock": { zone: string | number };
   "archive-list": Record<string, never>;
   "archive-free-of": { stalls: string | number };
   "archive-no-picture": Record<string, never>;

@@ -88,8 +88,3 @@ export class LotSource {
     return answer;
   }
 }
-
-/** Days and hours are those of the browser's clock. */
-export function zone(): string {
-  return Intl.DateTimeFormat().resolvedOptions().timeZone;
-}

@@ -59,7 +59,7 @@ export class StallsView extends View {
       <p>${say("archive-stall-share", { surveys: found.surveys })} ${share(found)}</p>
       ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
       <ol class="looks">${(value ?? []).map(
-        (look) => html`<li><i class="key ${look.state}"></i>${moment(look.observed)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
+        (look) => html`<li><i class="key ${look.state}"></i>${moment(look.observed, this.listed.value?.clock)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
       )}</ol></section>`;
   }
 }

@@ -7,7 +7,6 @@ import { partsOf } from "../map/draw-labels.ts";
 import type { CountedState } from "../state/map-store.ts";
 import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
-import { zone } from "./link.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import "./time-bar.ts";
@@ -40,7 +39,7 @@ export class SurveysView extends View {
     const chosen = this.chosen();
     return html`<div class="lot">
         ${chosen ? this.one(chosen) : nothing}
-        <hawk-time-bar .surveys=${value.surveys} .chosen=${chosen ? [chosen.id] : []} .zone=${zone()} @survey=${(event: CustomEvent<string>) => this.go({ survey: event.detail, stall: "" })}></hawk-time-bar>
+        <hawk-time-bar .surveys=${value.surveys} .chosen=${chosen ? [chosen.id] : []} .zone=${value.clock} @survey=${(event: CustomEvent<string>) => this.go({ survey: event.detail, stall: "" })}></hawk-time-bar>
       </div>
       <details class="card"><summary>${say("archive-list")}</summary>${this.table(value.surveys)}</details>`;
   }
@@ -50,7 +49,7 @@ export class SurveysView extends View {
       <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${surveys.map(
         (row) => html`<tr class=${row.id === this.place.survey ? "on" : ""}>
-          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended)}</button></th>
+          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended, this.listed.value?.clock)}</button></th>
           ${named("archive-free", row.free)}${named("archive-taken", row.taken)}${named("archive-unknown", row.unknown)}
           ${named("archive-occupancy", share(row.occupancy))}<td>${notes(row)}</td>
         </tr>`,
@@ -62,14 +61,14 @@ export class SurveysView extends View {
     const { value, problem } = this.shown;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
     return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
-      <section class="card about" aria-label=${say("archive-survey-of", { when: moment(row.ended) })}>
-        <h2>${say("archive-survey-of", { when: moment(row.ended) })}</h2>
+      <section class="card about" aria-label=${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}>
+        <h2>${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}</h2>
         <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls: row.free + row.taken + row.unknown })}</p>
         <p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
         ${value === null ? nothing : rows(value)}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
-        <p class="sub">${[sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
+        <p class="sub">${[say("archive-clock", { zone: this.listed.value?.clock ?? "" }), sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
         ${this.mayChange ? this.actions(row) : nothing}
       </section>`;
   }
@@ -86,7 +85,7 @@ export class SurveysView extends View {
       const { seq } = await post<{ seq: number }>(`surveys/${row.id}/delete`);
       this.go({ survey: "" });
       this.changed();
-      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`changes/${seq}/undo`));
+      this.said(say("archive-survey-deleted", { when: moment(row.ended, this.listed.value?.clock) }), () => post(`changes/${seq}/undo`));
     } catch (error) {
       this.said(wordsOf(error));
     }

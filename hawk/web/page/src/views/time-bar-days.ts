@@ -19,9 +19,9 @@ export const WEEK_DAYS = 7;
 /** Ticks nearer than this part of a day are one: two hours. */
 const APART = 1 / 12;
 
-/** What the lot's clock shows at a time, as if that clock were UTC, milliseconds. */
-export function onClock(iso: string, zone: string): number {
-  const parts = new Intl.DateTimeFormat("en", { timeZone: zone, hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(iso));
+/** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
+export function onClock(iso: string, zone?: string): number {
+  const parts = new Intl.DateTimeFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(iso));
   const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
   return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
 }
