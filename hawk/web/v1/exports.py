@@ -49,7 +49,7 @@ async def survey_file(request: web.Request) -> web.StreamResponse:
 
 @answered
 async def survey_ground(request: web.Request) -> web.StreamResponse:
-    """Where the tiles of a survey's picture lie."""
+    """Places of the tiles of a survey's picture."""
     query_of(request, Query)
     survey = request.match_info["id"]
     store = await opened(request)

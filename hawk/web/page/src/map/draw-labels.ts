@@ -59,7 +59,7 @@ export function drawNumbers(context: CanvasRenderingContext2D, stalls: Iterable<
   context.fillStyle = "#fff";
   for (const stall of stalls) {
     if (stall.width / sight.resolution < LEAST_PX) continue;
-    const along = OFF_MIDDLE * stall.length;
+    const along = (Math.cos(stall.angle) < 0 ? -1 : 1) * OFF_MIDDLE * stall.length; // the same end all along a row
     const [x, y] = toPixel(sight, [stall.east + along * Math.sin(stall.angle), stall.north + along * Math.cos(stall.angle)]);
     const { number } = partsOf(stall.label);
     const text = number === null ? stall.label : String(number);

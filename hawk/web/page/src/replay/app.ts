@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { type Ground, groundOf, originOf, type Point } from "../views/ground.ts";
-import type { Feature } from "../views/link.ts";
+import type { Feature } from "../views/survey-source.ts";
 import { byState, type Shade } from "../views/plan-view.ts";
 import "../views/plan-view.ts";
 import { stateLegend } from "../views/surveys-view.ts";

@@ -39,7 +39,7 @@ export class TopBar extends LitElement {
       <span class="grow"></span>
       ${this.drone === null ? nothing : html`<a class="drone" href=${addressOf("fly", this.route)}><i class="mark ${this.drone.tone}"></i><span><b>${this.drone.title}</b><span class="sub">${this.drone.detail}</span></span></a>`}
       <label class="language"><span class="unseen">${say("language")}</span>${icon("globe")}<select @change=${(event: Event) => this.speak((event.target as HTMLSelectElement).value as LanguageName)}>
-        ${Object.entries(LANGUAGES).map(([name, { label }]) => html`<option value=${name} lang=${name} label=${label} ?selected=${name === language()}>${name.toUpperCase()}</option>`)}
+        ${Object.entries(LANGUAGES).map(([name, { label }]) => html`<option value=${name} lang=${name} title=${label} ?selected=${name === language()}>${name.toUpperCase()}</option>`)}
       </select></label>
       <a class="help" href="docs/" hreflang="en" target="_blank" rel="noopener" aria-label=${say("documentation")}>${icon("help")}</a>
     </header>`;

@@ -6,7 +6,7 @@ import { percent } from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { amount, moment } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
+import type { Features } from "./survey-source.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { stateLegend, warning } from "./surveys-view.ts";

@@ -1,18 +1,6 @@
-import type { AboutSurvey, Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
+import type { Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
 import { API, orNull, type Part, query, read } from "../link/api.ts";
-import { onMap, type SurveyOnMap } from "./survey-source.ts";
-
-/** A survey as the drone's GeoJSON has it. */
-export interface Features {
-  hawk: AboutSurvey;
-  features: Feature[];
-}
-
-export interface Feature {
-  id: string;
-  geometry: { type: string; coordinates: unknown };
-  properties: { amenity?: string; ref?: string; label?: string | null; state?: string; parking_space?: string; taken_probability?: number | null };
-}
+import { type Features, onMap, type SurveyOnMap } from "./survey-source.ts";
 
 /** Days of the period, as 2026-05-04; "" without that end. */
 export interface Period {

@@ -5,7 +5,7 @@ import { say } from "../words/say.ts";
 import { behind, curves, partsTable, useTable } from "./figures-view.ts";
 import { moment, share } from "./figures.ts";
 import { groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
+import type { Features } from "./survey-source.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { sourceOf, stateLegend, warning } from "./surveys-view.ts";

@@ -4,7 +4,7 @@ import type { Observation, StallsUse, SurveysUse } from "../api.ts";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
+import type { Features } from "./survey-source.ts";
 import type { Shade } from "./plan-view.ts";
 import "./plan-view.ts";
 import { Asked, View } from "./view.ts";

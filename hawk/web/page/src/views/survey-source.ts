@@ -1,9 +1,20 @@
-import type { SurveyGround } from "../api.ts";
+import type { AboutSurvey, SurveyGround } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
 import { type RowMark, rowMarks } from "../map/draw-labels.ts";
 import type { Rectangle } from "../map/geometry.ts";
 import type { CountedState, Stall } from "../state/map-store.ts";
-import type { Feature, Features } from "./link.ts";
+
+/** A survey as the drone's GeoJSON has it. */
+export interface Features {
+  hawk: AboutSurvey;
+  features: Feature[];
+}
+
+export interface Feature {
+  id: string;
+  geometry: { type: string; coordinates: unknown };
+  properties: { amenity?: string; ref?: string; label?: string | null; state?: string; parking_space?: string; taken_probability?: number | null };
+}
 
 /** A stored survey as the map shows it, in metres about `plane`'s origin. */
 export interface SurveyOnMap {

@@ -1,6 +1,6 @@
 import type { SurveyUse } from "../api.ts";
 
-/** A survey on the bar; `at`: part of the day, 0 to 1. `ids`: all that it stands for, which lie too near to be told apart. */
+/** A survey on the bar; `at`: part of the day, 0 to 1. `ids`: all that it stands for, which lie too near each other on the bar. */
 export interface Tick {
   survey: SurveyUse;
   at: number;
