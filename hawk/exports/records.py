@@ -157,7 +157,7 @@ def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation
 
 
 def _alone(stall: Detection) -> LayoutStall:
-    return LayoutStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length, "", False)
+    return LayoutStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length, "", False, False)
 
 
 class _Look(NamedTuple):

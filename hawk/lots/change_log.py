@@ -1,7 +1,7 @@
 """The log of what persons change in the store: each change with the columns that it set, as they were and as they are.
 
 A change is undone once, as long as nobody changed these columns since. Steps of the edit of a plan are changes, too:
-they are undone and done again while the edit is open, and its end makes one change of them. Labels stay given.
+they are undone and done again while the edit is open, and its end makes one change of them.
 """
 
 from __future__ import annotations
@@ -216,7 +216,7 @@ def undo(connection: Connection, seq: int, now: float) -> str:
     if found.state != State.DONE:
         raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
     every = (*read(connection, seq), *_steps_of(connection, seq))
-    groups = tuple(group for group in every if group.table != LABEL.name)
+    groups = tuple(group for group in every if group.table != LABEL.name)  # of a version that kept them apart
     begun = [key for group in groups if group.table == LAYOUT.name and group.before is None for key in group.keys]
     _check_unchanged(connection, seq, groups, begun)
     plans = _plans_of(connection, groups)

@@ -34,7 +34,7 @@ from hawk.lots.answers import (
 )
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
-from hawk.lots.plan.queries import in_plan
+from hawk.lots.plan.queries import in_plan, is_of_row
 from hawk.lots.plan.serialize import layout_of
 from hawk.lots.plan.values import LASTING, NO_STALLS
 from hawk.lots.queries import (
@@ -174,7 +174,7 @@ def stalls(
         connection: The store.
         lot_id: The lot.
         asked: Which part.
-        row: Letter of a row.
+        row: Name of a row.
         kind: Kind of the stalls, "" for normal ones.
         state: State at the last look.
 
@@ -185,7 +185,7 @@ def stalls(
     lot_row(connection, lot_id)
     conditions = [in_plan(STALL.c, lot_id), *_behind(STALL.c.key, asked)]
     if row is not None:
-        conditions.append(STALL.c.label.startswith(f"{row} ", autoescape=True))
+        conditions.append(is_of_row(STALL.c.label, row))
     if kind is not None:
         conditions.append(STALL.c.kind == kind)
     if state is not None:

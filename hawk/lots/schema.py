@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 1
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "dc12db22497e2962629d14178120943a"
+SCHEMA: Final = "328dc1b8df66edc13a4053a13a33958c"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -112,11 +112,13 @@ STALL: Final = Table(
     Column("ends", Integer),
     Column("first_survey", ForeignKey("survey.seq")),
     Column("first_id", Integer),
+    Column("is_named", Boolean, nullable=False, server_default="0"),
     Index("ix_stall_place", "lot", "north"),
     sqlite_autoincrement=True,
 )
 """``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and
-``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`."""
+``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`. ``is_named``: a person
+gave or confirmed the label; else it is ours, and gives way to one that a person gives."""
 FORMER: Final = Table(
     "former",
     METADATA,
@@ -127,6 +129,7 @@ FORMER: Final = Table(
     *(Column(name, Float, nullable=False) for name in ("north", "east", "angle", "width", "length")),
     Column("kind", Text, nullable=False),
     Column("is_confirmed", Boolean, nullable=False),
+    Column("is_named", Boolean, nullable=False, server_default="0"),
     Index("ix_former_stall", "stall"),
     sqlite_with_rowid=False,
 )
@@ -138,7 +141,8 @@ LABEL: Final = Table(
     Column("label", Text, primary_key=True),
     Column("stall", String(36), nullable=False),
 )
-"""Every label that a lot ever gave, and whose it was. Rows are never removed."""
+"""Empty: a label is a stall's as long as the stall has it. Earlier versions had every label that a lot ever gave here;
+the table stays, since the digests of their files have its rows in them."""
 ZONE: Final = Table(
     "zone",
     METADATA,
