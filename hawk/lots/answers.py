@@ -14,6 +14,7 @@ from pydantic.dataclasses import dataclass
 
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.values import ANSWER, Id, PlanStall
+from hawk.lots.values import PossiblePlace
 
 Utc = Annotated[datetime, Field(description="UTC")]
 Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
@@ -32,15 +33,6 @@ class Shown(BaseModel):
     """An object of an answer."""
 
     model_config = ConfigDict(frozen=True, populate_by_name=True, **ANSWER)
-
-
-class PossiblePlace(Shown):
-    """A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits."""
-
-    north: float
-    east: float
-    turn: float
-    score: float
 
 
 class Doubt(Shown):
@@ -90,8 +82,8 @@ class CountedSurvey(Sourced):
     ended: Utc
 
 
-class LotSurvey(CountedSurvey):
-    """A survey of a lot."""
+class Survey(CountedSurvey):
+    """A survey. `candidates`: the lots that it may be of, while a person has to say it."""
 
     seq: Annotated[int, Field(description="number in the order of the landings")]
     lot: Id | None
@@ -99,11 +91,6 @@ class LotSurvey(CountedSurvey):
     place: SurveyPlace | None
     doubt: Doubt | None
     time_is_sure: Annotated[bool, Field(description="false: no sure clock says the time, or it is later than now")]
-
-
-class Survey(LotSurvey):
-    """A survey, with the lots that it may be of."""
-
     candidates: list[Id]
 
 
@@ -114,7 +101,7 @@ class ListedLot(Shown):
     name: str
     stalls: Count
     survey_count: Count
-    last_survey: LotSurvey | None
+    last_survey: Survey | None
 
 
 class Edit(Shown):

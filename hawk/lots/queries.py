@@ -11,7 +11,7 @@ import numpy as np
 from sqlalchemy import Connection, RowMapping, func, select
 from sqlalchemy import Row as SqlRow
 
-from hawk.lots.answers import Change, ListedLot, Lot, LotSurvey, PlacedShapes, PossiblePlaces, Proposals, Survey
+from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan import serialize, versions
@@ -116,7 +116,7 @@ def listed_lot(connection: Connection, row: _Shown) -> ListedLot:
     stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
     return ListedLot(
         id=row["id"], name=row["name"], stalls=stalls, survey_count=surveys,
-        last_survey=next(iter(readable(lambda values: LotSurvey(**values), _values(connection, last_rows))), None),
+        last_survey=next(iter(surveys_of(connection, last_rows)), None),
     )  # fmt: skip
 
 
@@ -132,13 +132,8 @@ def whole_lot(connection: Connection, row: _Shown) -> Lot:
 
 def surveys_of(connection: Connection, rows: Sequence[_Shown]) -> list[Survey]:
     """Return surveys, rows of `SURVEY_SHOWN`, each with its counts and the lots that it may be of."""
-    pairs = zip(rows, _values(connection, rows), strict=True)
-    return readable(lambda pair: Survey(**pair[1], candidates=json.loads(pair[0]["candidates"])), pairs)
-
-
-def _values(connection: Connection, rows: Sequence[_Shown]) -> list[dict[str, Any]]:
-    """Return the fields of `LotSurvey` of rows of `SURVEY_SHOWN`."""
-    return [_survey_values(row) | counts for row, counts in zip(rows, counts_of(connection, rows), strict=True)]
+    pairs = zip(rows, counts_of(connection, rows), strict=True)
+    return readable(lambda pair: Survey(**_survey_values(pair[0]) | pair[1]), pairs)
 
 
 def _survey_values(row: _Shown) -> dict[str, Any]:
@@ -148,6 +143,7 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)
+    shown["candidates"] = json.loads(row["candidates"])
     shown |= {"began": moment(row["began"]), "ended": moment(row["ended"]), "time_is_sure": row["time_is_sure"]}
     return {**shown, **source_json(row)}
 

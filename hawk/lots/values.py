@@ -10,9 +10,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from hawk.lots.plan.values import LayoutStall
+from hawk.lots.plan.values import ANSWER, LayoutStall
 from hawk.lots.survey.source import PictureSource, SurveyKind
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
@@ -284,7 +284,9 @@ class MappedGround:
 
 @dataclass(frozen=True, slots=True)
 class PossiblePlace:
-    """A place of a survey among a lot's stalls: a move as in `Registration`, and how well it fits, nats."""
+    """A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits."""
+
+    __pydantic_config__: ClassVar = ANSWER
 
     north: float
     east: float

@@ -284,7 +284,7 @@ export interface ListedLot {
   name: string;
   stalls: number;
   survey_count: number;
-  last_survey: LotSurvey | null;
+  last_survey: Survey | null;
 }
 
 /** A stall with the last look at it, all null where no survey looked; `survey`: which survey looked. */
@@ -313,7 +313,7 @@ export interface Lot {
   name: string;
   stalls: number;
   survey_count: number;
-  last_survey: LotSurvey | null;
+  last_survey: Survey | null;
   datum: [number, number];
   datum_is_pinned: boolean;
   outline: [number, number][][];
@@ -325,31 +325,6 @@ export interface Lot {
 export interface LotList {
   next: string | null;
   items: ListedLot[];
-}
-
-/** A survey of a lot. */
-export interface LotSurvey {
-  kind: "flown" | "picture";
-  source: "" | "photographs" | "orthophoto" | "film";
-  source_name: string;
-  limits: ("by_gps" | "stretched" | "coarse" | "partly")[];
-  id: string;
-  layout: number | null;
-  placed: "first" | "registered" | "unregistered" | "undecided" | "nothing" | "deleted";
-  free: number;
-  taken: number;
-  unknown: number;
-  blurred: number | null;
-  simulated: boolean;
-  program: string;
-  began: string;
-  ended: string;
-  seq: number;
-  lot: string | null;
-  datum: [number, number];
-  place: SurveyPlace | null;
-  doubt: Doubt | null;
-  time_is_sure: boolean;
 }
 
 /** A stall of the layout. */
@@ -671,7 +646,7 @@ export interface Stepped {
   operation: string;
 }
 
-/** A survey, with the lots that it may be of. */
+/** A survey. `candidates`: the lots that it may be of, while a person has to say it. */
 export interface Survey {
   kind: "flown" | "picture";
   source: "" | "photographs" | "orthophoto" | "film";

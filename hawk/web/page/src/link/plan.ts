@@ -1,4 +1,4 @@
-import type { Comparison, Edited, FoundStall, Lot, LotSurvey, Plan, PlanPreview } from "../api.ts";
+import type { Comparison, Edited, FoundStall, Lot, Survey, Plan, PlanPreview } from "../api.ts";
 import { answer, API, orNull, post, read, readAll, Refused } from "./api.ts";
 
 /** A plan, or what of it changed since a revision; `whole`: all of it. */
@@ -9,7 +9,7 @@ export interface PlannedLot {
   id: string;
   name: string;
   datum: [number, number];
-  surveys: LotSurvey[];
+  surveys: Survey[];
   found: FoundStall[];
 }
 
@@ -30,7 +30,7 @@ export type Reply<T> = { done: T } | { refused: Refusal } | typeof UNANSWERED;
 /** Fetches a lot; null when the drone does not answer. */
 export async function fetchLot(lot: string): Promise<PlannedLot | null> {
   const path = `lots/${lot}`;
-  const asked = [read<Lot>(`${API}/${path}`), readAll<LotSurvey>(`${path}/surveys`), read<Comparison>(`${API}/${path}/comparison`)] as const;
+  const asked = [read<Lot>(`${API}/${path}`), readAll<Survey>(`${path}/surveys`), read<Comparison>(`${API}/${path}/comparison`)] as const;
   const known = await orNull(Promise.all(asked));
   return known && { ...known[0], surveys: known[1], found: known[2].found };
 }
