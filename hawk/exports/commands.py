@@ -64,7 +64,7 @@ def add_export_command(commands: Any) -> None:
     )  # fmt: skip
     feed.add_argument("--from", type=values.some, dest="begin", metavar="DATE", help="first day, of one over a period")
     feed.add_argument("--to", type=values.some, dest="end", metavar="DATE", help="last day, of one over a period")
-    feed.add_argument("--time-zone", type=values.some, metavar="NAME", help="clock of the days (this computer's)")
+    feed.add_argument("--time-zone", type=values.some, metavar="NAME", help="clock of the days (the lot's)")
     values.add_settings(export)
     export.set_defaults(action=_run)
 

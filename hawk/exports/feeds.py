@@ -10,6 +10,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from itertools import groupby
 from typing import Any, Final
+from urllib.parse import quote
 
 import shapely
 from pydantic_core import to_json
@@ -23,7 +24,7 @@ from hawk.lots.labels import parts_of
 from hawk.lots.survey.moments import has_been
 from hawk.lots.values import LotInputError, utc
 from hawk.stats.panel import read_panel
-from hawk.stats.period import period_of
+from hawk.stats.period import period_of_lot
 
 _NGSI_STATES: Final = {"free": "free", "taken": "occupied"}
 _NGSI_CONTEXT: Final = (
@@ -47,7 +48,7 @@ def feed_text(connection: Connection, name: str, wanted: Wanted, now: float) -> 
     feed = FEEDS[name]
     _check(name, wanted)
     if feed.span is Span.PERIOD:
-        period = period_of(wanted.begin, wanted.end, wanted.time_zone)
+        period = period_of_lot(connection, wanted.lot, wanted.begin, wanted.end, wanted.time_zone)
         return str(feed.make(read_panel(connection, wanted.lot, period)))
     survey = read_survey(connection, survey_of(connection, wanted.lot, wanted.survey or NEWEST))
     return to_json(feed.make(valid_at(survey, now, VALID_S if wanted.valid_s is None else wanted.valid_s))).decode()
@@ -88,7 +89,7 @@ def ngsi_entities(survey: ExportRecord) -> list[dict[str, Any]]:
     """
     site = f"urn:ngsi-ld:OffStreetParking:{survey.lot_id}"
     rows = _rows(survey)
-    groups = {name: f"urn:ngsi-ld:ParkingGroup:{survey.lot_id}:{name}" for name in rows}
+    groups = {name: f"urn:ngsi-ld:ParkingGroup:{survey.lot_id}:{quote(name, safe='')}" for name in rows}
     row_of = {stall.id: name for name, stalls in rows.items() for stall in stalls}
     spots = [_ngsi_spot(stall, site, groups.get(row_of.get(stall.id, ""))) for stall in survey.stalls]
     return [
@@ -99,7 +100,7 @@ def ngsi_entities(survey: ExportRecord) -> list[dict[str, Any]]:
 
 
 def _rows(survey: ExportRecord) -> dict[str, list[Observation]]:
-    """Return the stalls by the letters of their rows; those with an owner's own label are in none."""
+    """Return the stalls by the names of their rows; those whose label has no row are in none."""
     lettered = [(parts[0], stall) for stall in survey.stalls if (parts := parts_of(stall.label)) is not None]
     ordered = sorted(lettered, key=lambda each: (len(each[0]), each[0]))
     return {name: [stall for _, stall in each] for name, each in groupby(ordered, key=lambda each: each[0])}
@@ -175,7 +176,7 @@ def cds_spaces(survey: ExportRecord) -> dict[str, Any]:
     spaces = [_cds_space(number, stall, survey.lot_id, ended) for number, stall in enumerate(survey.stalls, 1)]
     return {
         "version": CDS_VERSION,
-        "time_zone": "Etc/UTC",
+        "time_zone": survey.time_zone,
         "last_updated": ended,
         "currency": "USD",
         "author": survey.software,

@@ -80,7 +80,7 @@ class Wanted:
 
     ``survey``: id of the survey, or its beginning; None: the last one that is registered. ``valid_s``: seconds up to
     which a state is given, None for `VALID_S`. ``begin``, ``end``, ``time_zone``: a period as
-    `hawk.stats.period.period_of` takes it.
+    `hawk.stats.period.period_of_lot` takes it.
     """
 
     lot: str

@@ -22,6 +22,7 @@ from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.order import is_sure, oldest_first
 from hawk.lots.survey.source import PictureSource
+from hawk.lots.time_zone import time_zone_of
 from hawk.lots.values import PLACED, Detection, NotFoundError, unpack_stalls
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
@@ -90,6 +91,7 @@ def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecor
         accuracy=lot.accuracy if is_placed else None if row["accuracy"] is None else float(row["accuracy"]),
         is_pinned=is_placed and lot.is_pinned,
         origin=datum,
+        time_zone=lot.time_zone,
         outline=lot.outline,
         stalls=_registered(connection, layouts, row) if is_placed else _found(row, datum),
         doubt="" if is_placed else f"{row['placed']}: its place among the lot's stalls is not certain",
@@ -105,6 +107,11 @@ class _Lot:
     datum: LatLon
     is_pinned: bool
     accuracy: float | None
+    time_zone: str
+
+
+_THEN: Final = ("label", "is_named")
+"""Columns that a survey's layout says; place and kind are as they are known now."""
 
 
 @dataclass(slots=True)
@@ -122,14 +129,15 @@ class _Layouts:
             is_pinned = bool(row["datum_is_pinned"])
             accuracy = None if is_pinned else datum_accuracy(self.connection, lot)
             datum = datum_of(self.connection, lot)
-            self.lots[lot] = _Lot(str(row["name"]), outline_of(row["outline"]), datum, is_pinned, accuracy)
+            zone = time_zone_of(self.connection, row)
+            self.lots[lot] = _Lot(str(row["name"]), outline_of(row["outline"]), datum, is_pinned, accuracy, zone)
         return self.lots[lot]
 
     def placed(self, lot: str, version: int) -> list[_Placed]:
         """Return the stalls of a version of a lot's layout."""
         key = lot, version
         if key not in self.stalls:
-            stalls = stalls_in(self.connection, lot, version)
+            stalls = stalls_in(self.connection, lot, version, _THEN)
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 
@@ -157,7 +165,7 @@ def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation
 
 
 def _alone(stall: Detection) -> LayoutStall:
-    return LayoutStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length, "", False, False)
+    return LayoutStall(str(stall.id), "", *stall.shape, "", is_confirmed=False, is_named=False)
 
 
 class _Look(NamedTuple):

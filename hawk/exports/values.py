@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from hawk.lots.survey.source import PictureSource
+from hawk.lots.values import UTC_NAME
 from hawk.model.plans import Outline
 
 LatLon = tuple[float, float]
@@ -49,8 +50,8 @@ class ExportRecord:
     clock. ``accuracy``: standard deviation of the lot's place on Earth, metres; a person's pin has none. ``outline``:
     that of the lot. ``doubt``: why the survey is not registered: its stalls are as it found them then, without ids and
     labels of the lot. ``software``: the program and its network. ``origin``: the lot's datum. ``blurred``: number of
-    its stalls that only blurred pictures showed; None: not measured. ``pictures``: its source,
-    None for one that hawk flew.
+    its stalls that only blurred pictures showed; None: not measured. ``pictures``: its source, None for one that hawk
+    flew. ``time_zone``: name of the lot's.
     """
 
     lot: str
@@ -70,6 +71,7 @@ class ExportRecord:
     doubt: str = ""
     blurred: int | None = None
     pictures: PictureSource | None = None
+    time_zone: str = UTC_NAME
 
     def count(self, state: str) -> int:
         """Return the number of stalls in a state."""

@@ -95,10 +95,11 @@ class Survey(CountedSurvey):
 
 
 class ListedLot(Shown):
-    """A lot, with its newest survey."""
+    """A lot, with its newest survey. `time_zone`: that of its place, unless a person chose another one."""
 
     id: Id
     name: str
+    time_zone: str
     stalls: Count
     survey_count: Count
     last_survey: Survey | None
@@ -184,13 +185,18 @@ class Observation(Shown):
 
 
 class Change(Shown):
-    """A change that a person made; `undone`: when it was undone."""
+    """A change that a person made in a `lot`; `surveys`: those that it moved, placed or deleted. `undone`: when it was
+    undone. `kept`: why it cannot be undone now; null for one that can.
+    """
 
     seq: int
     kind: str
+    lot: Id
+    surveys: list[Id]
     who: str
     made: Utc
     undone: Utc | None
+    kept: str | None
 
 
 class Done(Shown):

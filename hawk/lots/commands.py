@@ -31,6 +31,7 @@ from hawk.lots.registration.survey_place import (
 )
 from hawk.lots.rows import Row, rows_where
 from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.time_zone import checked_zone
 from hawk.lots.values import (
     Doubtful,
     LotStoreError,
@@ -46,6 +47,12 @@ def rename(connection: Connection, lot_id: str, name: object, who: str, now: flo
     """Name a lot. Raises LotInputError, NotFoundError."""
     named = lot_row(connection, lot_id).setting(name=checked_name(name))
     return change_log.write(connection, Change("name", lot_id, (named,)), who, now)
+
+
+def choose_time_zone(connection: Connection, lot_id: str, name: object, who: str, now: float) -> Done:
+    """Say a lot's time zone; None: that of its place. Raises LotInputError, NotFoundError."""
+    chosen = lot_row(connection, lot_id).setting(time_zone=checked_zone(name))
+    return change_log.write(connection, Change("time_zone", lot_id, (chosen,)), who, now)
 
 
 def merge(connection: Connection, lot_id: str, other: object, who: str, now: float) -> Done:

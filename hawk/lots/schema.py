@@ -1,17 +1,16 @@
-"""Tables and triggers of the lots' store.
+"""Tables of the lots' store, of `VERSION`; the steps that make them (`hawk.lots.storage.revisions`) have the triggers.
 
 Times are UTC, Unix seconds. Places in a lot or survey are metres north and east of its datum.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Final
 
 from sqlalchemy import (
     Boolean,
     Column,
-    Connection,
     Float,
     ForeignKey,
     Index,
@@ -25,9 +24,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 1
+VERSION: Final = 3
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "328dc1b8df66edc13a4053a13a33958c"
+SCHEMA: Final = "50b2c472d30450c1eb66f5280583bfab"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -43,7 +42,9 @@ LOT: Final = Table(
     Column("datum_is_pinned", Boolean, nullable=False),
     Column("merged_into", ForeignKey("lot.id")),
     Column("made", Float, nullable=False),
+    Column("time_zone", String(64)),
 )
+"""``time_zone``: the one that a person chose; NULL: that of the place (`hawk.lots.time_zone`)."""
 LAYOUT: Final = Table(
     "layout",
     METADATA,
@@ -118,7 +119,7 @@ STALL: Final = Table(
 )
 """``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and
 ``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`. ``is_named``: a person
-gave or confirmed the label; else it is ours, and gives way to one that a person gives."""
+gave or confirmed the label; else it is ours, and yields to one that a person gives."""
 FORMER: Final = Table(
     "former",
     METADATA,
@@ -293,40 +294,3 @@ PARTS: Final[Mapping[str, Mapping[str, str]]] = {
     "outbox": {"outbox": "seq", "delivery": "message"},
 }
 """Kind of a part of the store, which has one digest -> its tables, with the column that is its key."""
-
-
-def create(connection: Connection) -> None:
-    """Make the tables and triggers of an empty store, of `VERSION`."""
-    METADATA.create_all(connection)
-    for trigger in (*_looks_triggers(), _LAYOUT_TRIGGER, *_digest_triggers()):
-        connection.exec_driver_sql(trigger)
-    connection.exec_driver_sql(f"PRAGMA user_version = {VERSION}")
-
-
-def _looks_triggers() -> Iterator[str]:
-    """Yield the triggers that remove the piece of a survey whose observations change."""
-    for event, row in (("INSERT", "NEW"), ("UPDATE", "NEW"), ("DELETE", "OLD")):
-        does = f"DELETE FROM looks WHERE survey = {row}.survey"  # noqa: S608 - no value from outside is in it
-        yield f"CREATE TRIGGER looks_{event.lower()} AFTER {event} ON observation BEGIN {does}; END"
-
-
-# SQLite's JSON functions are refused in triggers of a file that is not trusted; a lot's id needs no escape
-_LAYOUT_BODY: Final = """'{"lot":"' || NEW.lot || '","version":' || NEW.version || '}'"""
-_LAYOUT_TRIGGER: Final = (
-    "CREATE TRIGGER outbox_layout AFTER INSERT ON layout BEGIN INSERT INTO outbox (kind, body, made) "  # noqa: S608
-    f"VALUES ('layout', {_LAYOUT_BODY}, NEW.valid_from); END"
-)
-"""A version of a layout is a message to others, too."""
-
-
-def _digest_triggers() -> Iterator[str]:
-    """Yield the triggers that note the parts which a transaction changes."""
-    for part, tables in PARTS.items():
-        for table, key in tables.items():
-            for event, rows in (("INSERT", ("NEW",)), ("UPDATE", ("OLD", "NEW")), ("DELETE", ("OLD",))):
-                does = " ".join(
-                    f"INSERT INTO digest (part, key) VALUES ('{part}', CAST({row}.{key} AS TEXT)) "  # noqa: S608
-                    "ON CONFLICT (part, key) DO UPDATE SET digest = NULL WHERE digest IS NOT NULL;"
-                    for row in rows
-                )
-                yield f"CREATE TRIGGER digest_{table}_{event.lower()} AFTER {event} ON {table} BEGIN {does} END"

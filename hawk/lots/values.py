@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 LONGEST_NAME: Final = 80
 """Characters of a name of a lot or a person."""
+LONGEST_ZONE: Final = 64
+"""Characters of a name of a time zone."""
+UTC_NAME: Final = "UTC"
+"""Time zone of what is of no lot, and of a place for which the map has none that Python knows."""
 DAMAGED: Final = "The store of lots holds a value that cannot be: hawk-drone verify reports what is damaged."
 
 

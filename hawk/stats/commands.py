@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, TypeVar
+
+from pydantic import BaseModel
 
 from hawk.config import options as values
+from hawk.config.sections import ConfigError
 from hawk.lots.storage.commands import run_on_store
 from hawk.runtime.late import late
 from hawk.stats.partition import PARTITIONS
@@ -17,7 +21,7 @@ if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
     from hawk.lots import store as lots
     from hawk.lots.storage import database
     from hawk.lots.survey import observations
-    from hawk.stats import period, queries, serialize
+    from hawk.stats import period, queries, question, serialize
 else:
     database = late("hawk.lots.storage.database")
     observations = late("hawk.lots.survey.observations")
@@ -25,9 +29,11 @@ else:
     lots = late("hawk.lots.store")
     queries = late("hawk.stats.queries")
     period = late("hawk.stats.period")
+    question = late("hawk.stats.question")
     serialize = late("hawk.stats.serialize")
 
 COMMAND: Final = "stats"
+A = TypeVar("A", bound=BaseModel)
 
 
 def add_stats_command(commands: Any) -> None:
@@ -41,9 +47,19 @@ def add_stats_command(commands: Any) -> None:
     parser.add_argument(
         "--by", choices=PARTITIONS, help="parts to print: hours of the day, or rows, zones, kinds of stalls"
     )
+    asked = parser.add_argument_group(
+        "how full parts of the lot are at some hours of the week, as a sentence and a table"
+    )
+    asked.add_argument("--weekday", type=values.some, metavar="DAYS", help="days, as mon-fri, sat or mon,wed (all)")
+    asked.add_argument("--hour", type=values.some, metavar="HOURS", help="hours, as 7-11, 8 or 7-9,16-18 (all)")
+    for name in ("row", "zone", "kind"):
+        asked.add_argument(
+            f"--{name}", type=values.some, action="append", metavar="NAME",
+            help=f"{name}, as --by {name} names it; again for another one (all)",
+        )  # fmt: skip
     parser.add_argument(
         "--time-zone", type=values.some, metavar="NAME",
-        help="the lot's time zone, as Europe/Amsterdam; without it this computer's",
+        help="clock of hours and days, as Europe/Amsterdam; without it the lot's",
     )  # fmt: skip
     form = parser.add_mutually_exclusive_group()
     form.add_argument("--csv", action="store_true", help="print CSV")
@@ -52,23 +68,40 @@ def add_stats_command(commands: Any) -> None:
     parser.set_defaults(action=_run)
 
 
+_ASKED: Final = ("weekday", "hour", "row", "zone", "kind")
+
+
 def _run(options: argparse.Namespace) -> int:
+    options.is_asked = any(getattr(options, name) is not None for name in _ASKED)
+    if options.is_asked and options.by is not None:
+        names = ", ".join(f"--{name}" for name in _ASKED)
+        raise ConfigError(f"--by: not together with {names}: leave it out, or these")
     return run_on_store(options, lambda store: _answer(store, options))
 
 
 def _answer(store: Path, options: argparse.Namespace) -> str:
-    during = period.period_of(options.begin, options.end, options.time_zone)
     lots.check_there(store)
     with closing(database.Database(store)) as opened:
         lots.show_damage(opened.damage)
         with opened.reading() as connection:
             lot = names.lot_named(connection, options.lot)
+            during = period.period_of_lot(connection, lot, options.begin, options.end, options.time_zone)
             missing = observations.missing_looks(connection, lot)
         if missing and not opened.is_read_only:
             with opened.writing() as connection:
                 observations.keep_looks(connection, missing)
         with opened.reading() as connection:
+            if options.is_asked:
+                parts = (getattr(options, name) or () for name in ("row", "zone", "kind"))
+                answer = queries.ask(connection, lot, during, question.asked_of(options.weekday, options.hour, *parts))
+                return _shown(options, answer, serialize.asked_csv, serialize.asked_text)
             found = queries.statistics(connection, lot, during, options.by)
+            return _shown(options, found, serialize.figures_csv, serialize.figures_text)
+
+
+def _shown(
+    options: argparse.Namespace, answer: A, table: Callable[[A], str], text: Callable[[A], str]
+) -> str:  # fmt: skip
     if options.json:
-        return found.model_dump_json(indent=1)
-    return serialize.figures_csv(found).rstrip("\n") if options.csv else serialize.figures_text(found)
+        return answer.model_dump_json(indent=1)
+    return table(answer).rstrip("\n") if options.csv else text(answer)

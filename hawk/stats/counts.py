@@ -14,7 +14,7 @@ from typing import Final
 import numpy as np
 
 from hawk.model.lot_map import SPREADS
-from hawk.stats.values import DEVIATIONS, TAKEN, UNSEEN, Estimate, Floats, Group, Panel, capacity_of, summed
+from hawk.stats.values import DEVIATIONS, NOTHING, TAKEN, UNSEEN, Estimate, Floats, Group, Panel, capacity_of, summed
 
 WIDER: Final = (SPREADS / DEVIATIONS) ** 2
 """Variance of a count over that of stalls which err each for itself."""
@@ -44,12 +44,15 @@ class Counted:
         high = np.minimum(self.share + off, (self.taken + unseen + wrong) / self.capacity)
         return np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0)
 
-    def at(self, survey: int, group: int) -> Estimate:
-        """Return the share of a group at a survey."""
-        if not self.seen[survey, group]:
-            return Estimate(None, None, None, 0)
+    def shares(self, group: int = 0) -> list[Estimate]:
+        """Return the share of a group at each survey."""
         low, high = self.bounds()
-        return Estimate(float(self.share[survey, group]), float(low[survey, group]), float(high[survey, group]), 1)
+        ends = np.column_stack((self.share[:, group], low[:, group], high[:, group])).tolist()
+        seen = (self.seen[:, group] > 0).tolist()
+        return [
+            Estimate(share, least, most, 1) if is_seen else NOTHING
+            for (share, least, most), is_seen in zip(ends, seen, strict=True)
+        ]
 
 
 def count(panel: Panel, groups: Sequence[Group]) -> Counted:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Annotated, Final, Literal, get_args
+from typing import Annotated, Final
 
 import numpy as np
 from pydantic import Field
@@ -21,13 +21,23 @@ from hawk.stats.flow import Flow, Moves
 from hawk.stats.hours import Hours, around, flown_hours
 from hawk.stats.partition import Partition
 from hawk.stats.turnover import Turnover, longest_gap, turnover
-from hawk.stats.values import LEVEL, NOTHING, Estimate, Floats, Group, LeftOut, Panel, groups_of, whole
+from hawk.stats.values import (
+    LEVEL,
+    NOTHING,
+    WEEKDAYS,
+    Estimate,
+    Floats,
+    Group,
+    LeftOut,
+    Local,
+    Panel,
+    Weekday,
+    groups_of,
+    whole,
+)
 
 PRACTICAL: Final = (0.85, 0.90)
 """Occupancies from which a lot counts as full: drivers circle (docs/statistics.md)."""
-Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
-WEEKDAYS: Final[tuple[Weekday, ...]] = get_args(Weekday)
-Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +129,7 @@ class Figures(Shown):
 def figures(panel: Panel, by: Partition | None = None) -> Figures:
     """Return the figures of a panel."""
     groups = [*whole(panel), *groups_of(panel, by)]
-    hours, moves = _flown(panel, groups)
+    hours, moves = flown(panel, groups)
     total, *parts = _uses(panel, groups, hours, moves)
     at = [each.isoformat(timespec="minutes") for each in panel.local_times]
     return Figures(
@@ -132,10 +142,11 @@ def figures(panel: Panel, by: Partition | None = None) -> Figures:
 
 def by_hour(panel: Panel) -> Hours:
     """Return the mean share of a whole lot over every hour with a survey."""
-    return _flown(panel, whole(panel))[0]
+    return flown(panel, whole(panel))[0]
 
 
-def _flown(panel: Panel, groups: Sequence[Group]) -> tuple[Hours, Moves]:
+def flown(panel: Panel, groups: Sequence[Group]) -> tuple[Hours, Moves]:
+    """Return the surveyed hours and the moves of groups, the first of which is the whole lot."""
     counted, moves = count(panel, groups), Moves.of(panel, groups)
     return flown_hours(panel, counted, Flow.of(moves, counted)), moves
 
@@ -185,7 +196,7 @@ def hours_of_day(hours: Hours) -> tuple[Hour, ...]:
     is_it = (np.array(hours.hour, np.int64)[:, None] == np.arange(24)) & np.isfinite(hours.mean[:, :1])
     weights = is_it / np.maximum(is_it.sum(axis=0), 1)
     stalls = weights * hours.capacity[:, :1]
-    shares, amounts = _sums(hours, weights), _sums(hours, stalls, high=stalls.sum(axis=0))
+    shares, amounts = sums(hours, weights), sums(hours, stalls, high=stalls.sum(axis=0))
     found = []
     for hour in range(24):
         days = len({hours.day[k] for k in np.flatnonzero(is_it[:, hour]).tolist()})
@@ -201,7 +212,7 @@ def days_of_week(hours: Hours) -> tuple[Day, ...]:
     for k, number in enumerate(numbers):
         is_it = (weekday == number) & np.isfinite(hours.mean[:, 0])
         weights[is_it, k] = 1.0 / is_it.sum()
-    shares = _sums(hours, weights)
+    shares = sums(hours, weights)
     found = []
     for k, number in enumerate(numbers):
         dates = {day for day, weight in zip(hours.day, weights[:, k].tolist(), strict=True) if weight}
@@ -229,18 +240,20 @@ def compared(hours: Hours) -> tuple[Compared, ...]:
             for each in sorted(common):
                 is_it = (weekday == day) & (hour == each)
                 weights[is_it, k] = sign / is_it.sum() / len(common)
-    shares = _sums(hours, weights, low=-1.0)
+    shares = sums(hours, weights, low=-1.0)
     return tuple(
         Compared(WEEKDAYS[first], WEEKDAYS[second], len(common), share)
         for (first, second, common), share in zip(pairs, shares, strict=True)
     )  # fmt: skip
 
 
-def _sums(hours: Hours, weights: Floats, low: float = 0.0, high: float | Floats = 1.0) -> list[Estimate]:
-    """Return sums over the hours of the first group by weights (K, C), with ends within ``low`` and ``high`` (C,)."""
-    values = weights.T @ np.nan_to_num(hours.mean[:, 0])
-    deviations = np.sqrt(hours.spread(weights[:, :, None], slice(1))[:, 0])
-    surveys = (weights != 0).T.astype(np.float64) @ hours.surveys[:, 0]
+def sums(
+    hours: Hours, weights: Floats, low: float = 0.0, high: float | Floats = 1.0, group: int = 0
+) -> list[Estimate]:  # fmt: skip
+    """Return sums over the hours of a group by weights (K, C), with ends within ``low`` and ``high`` (C,)."""
+    values = weights.T @ np.nan_to_num(hours.mean[:, group])
+    deviations = np.sqrt(hours.spread(weights[:, :, None], slice(group, group + 1))[:, 0])
+    surveys = (weights != 0).T.astype(np.float64) @ hours.surveys[:, group]
     return [
         around(float(value), float(deviation), int(count), low, most)
         for value, deviation, count, most in zip(

@@ -17,7 +17,7 @@ import numpy as np
 
 from hawk.stats.counts import Counted
 from hawk.stats.flow import Flow
-from hawk.stats.values import DEVIATIONS, NOTHING, Estimate, Floats, Ints, Panel
+from hawk.stats.values import DEVIATIONS, NOTHING, Bools, Estimate, Floats, Ints, Panel
 
 HOUR_S: Final = 3600.0
 _WIDE: Final = 1e3
@@ -68,22 +68,26 @@ class Hours:
             total += np.einsum("dkcg,dgkl,dlcg->cg", part, each.covariance[:, groups], part, optimize=True)
         return np.maximum(total, 0.0)
 
-    def over(self) -> list[Estimate]:
-        """Return the mean of each group over all hours in which it was seen."""
-        known = np.isfinite(self.mean)
-        return self._sums(known.astype(np.float64), np.maximum(known.sum(axis=0), 1))
+    def over(self, chosen: Bools | None = None) -> list[Estimate]:
+        """Return the mean of each group over the hours in which it was seen: all, or the ``chosen`` ones (K,)."""
+        known = self.known(chosen)
+        return self._sums(known.astype(np.float64), known, np.maximum(known.sum(axis=0), 1))
 
-    def load(self) -> list[Estimate]:
+    def load(self, chosen: Bools | None = None) -> list[Estimate]:
         """Return the space-hours that were taken of each group: its share times its stalls, hour by hour."""
-        return self._sums(self.capacity, np.ones(self.capacity.shape[1], np.int64))
+        return self._sums(self.capacity, self.known(chosen), np.ones(self.capacity.shape[1], np.int64))
 
-    def _sums(self, weights: Floats, parts: Ints) -> list[Estimate]:
-        """Return the sums of each group over its hours by weights (K, G), divided by ``parts`` (G,)."""
-        known = np.isfinite(self.mean)
+    def known(self, chosen: Bools | None = None) -> Bools:
+        """Return in which hours each group was seen (K, G), all or the ``chosen`` ones (K,)."""
+        is_seen = np.isfinite(self.mean)
+        return is_seen if chosen is None else is_seen & chosen[:, None]
+
+    def _sums(self, weights: Floats, known: Bools, parts: Ints) -> list[Estimate]:
+        """Return the sums of each group over ``known`` hours (K, G) by weights (K, G), divided by ``parts`` (G,)."""
         weights = np.where(known, weights, 0.0)
         value = np.nansum(self.mean * weights, axis=0) / parts
         off, most = np.sqrt(self.spread(weights[:, None])[0]) / parts, weights.sum(axis=0) / parts
-        surveys = self.surveys.sum(axis=0)
+        surveys = np.where(known, self.surveys, 0.0).sum(axis=0)
         return [
             around(float(value[k]), float(off[k]), int(surveys[k]), high=float(most[k])) if surveys[k] else NOTHING
             for k in range(len(parts))

@@ -2,62 +2,36 @@
 
 from __future__ import annotations
 
-import time
 from datetime import date, datetime, timedelta, tzinfo
-from pathlib import Path
 from typing import Final
-from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
+from sqlalchemy import Connection
+
+from hawk.lots.time_zone import clock_of, shown_zone, zone_of_lot
 from hawk.lots.values import LotInputError
 from hawk.stats.panel import Period
 
 _FORM: Final = "a date, as 2026-05-04, or a date with a time, as 2026-05-04T10:30"
-_UTC: Final = ("Etc/UCT", "Etc/UTC", "Etc/Universal", "Etc/Zulu", "UCT", "Universal", "Zulu")
-_LOCAL: Final = Path("/etc/localtime")
 
 
-def clock_of(name: str | None) -> tuple[tzinfo, str]:
-    """Return the clock of a time zone by its name, as Europe/Amsterdam; without one the computer's.
-
-    Raises LotInputError. The store knows no lot's time zone: the name says which clock the figures use.
-    """
-    if name is not None:
-        try:
-            return ZoneInfo(name), _called(name)
-        except (ZoneInfoNotFoundError, ValueError, OSError):
-            words = f"must be a name of the time zone database, as Europe/Amsterdam or UTC, not {name!r}"
-            raise LotInputError("time_zone", words) from None
-    return _computers()
+def period_of_lot(
+    connection: Connection, lot: str, begin: str | None = None, end: str | None = None, time_zone: str | None = None
+) -> Period:  # fmt: skip
+    """Return a period on the lot's clock, or on that of ``time_zone``. Raises NotFoundError, LotInputError."""
+    return period_of(begin, end, zone_of_lot(connection, lot) if time_zone is None else time_zone)
 
 
-def _called(zone: str) -> str:
-    """Return the name of a time zone as it is shown: UTC has several in the database, browsers and computers differ."""
-    return "UTC" if zone in _UTC else zone
-
-
-def _computers() -> tuple[tzinfo, str]:
-    _, found, zone = str(_LOCAL.resolve()).partition("zoneinfo/")
-    if found:
-        try:
-            return ZoneInfo(zone), f"{_called(zone)} (this computer's)"
-        except (ZoneInfoNotFoundError, ValueError, OSError):
-            pass  # a database of time zones that Python does not know: its offset of today
-    local = datetime.now().astimezone().tzinfo
-    assert local is not None  # noqa: S101 - `astimezone` sets one
-    return local, f"{time.strftime('%Z')} (this computer's)"
-
-
-def period_of(begin: str | None, end: str | None, time_zone: str | None = None) -> Period:
+def period_of(begin: str | None, end: str | None, time_zone: str) -> Period:
     """Return the period from ``begin`` to ``end``: the day of an end that is a date belongs to it.
 
-    Times without an offset are those of the clock. Raises LotInputError with the field and the remedy.
+    Times without an offset are those of the time zone. Raises LotInputError with the field and the remedy.
     """
-    clock, name = clock_of(time_zone)
+    clock = clock_of(time_zone)
     first = None if begin is None else _moment("from", begin, clock, is_end=False)
     last = None if end is None else _moment("to", end, clock, is_end=True)
     if first is not None and last is not None and first >= last:
         raise LotInputError("to", f"{end} is not after {begin}: exchange both, or leave one out")
-    return Period(first, last, clock, name)
+    return Period(first, last, clock, shown_zone(time_zone))
 
 
 def _moment(field: str, text: str, clock: tzinfo, *, is_end: bool) -> float:

@@ -14,12 +14,14 @@ from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
 from hawk.stats.answers import StallsUse, SurveysUse, SurveyUse
+from hawk.stats.ask import AskedUse, asked_use
 from hawk.stats.changes import Changed, changes_between
 from hawk.stats.counts import count
 from hawk.stats.figures import Figures, figures
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
-from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Estimate, Floats, Group, Panel
+from hawk.stats.question import Asked
+from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, whole
 
 _SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")
 
@@ -30,6 +32,14 @@ def statistics(connection: Connection, lot: str, period: Period, by: Partition |
     Raises NotFoundError, LotStoreError.
     """
     return figures(read_panel(connection, lot, period), by)
+
+
+def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> AskedUse:
+    """Return the answer to a question about a lot in a period.
+
+    Raises LotInputError for a part that the lot has not; NotFoundError, LotStoreError.
+    """
+    return asked_use(read_panel(connection, lot, period), asked)
 
 
 def changes(connection: Connection, lot: str, before: str, after: str, period: Period) -> Changed:
@@ -54,7 +64,7 @@ def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
     for the others. Raises NotFoundError, LotStoreError.
     """
     panel = read_panel(connection, lot, period)
-    shares = dict(zip((survey.id for survey in panel.surveys), _shares(panel), strict=True))
+    shares = dict(zip((survey.id for survey in panel.surveys), count(panel, whole(panel)).shares(), strict=True))
     reasons = {each.survey: each.why for each in panel.left_out}
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have()).order_by(*newest_first())
@@ -72,18 +82,6 @@ def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
         lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
         surveys=readable(use, zip(rows, counts_of(connection, rows), strict=True)),
     )  # fmt: skip
-
-
-def _shares(panel: Panel) -> list[Estimate]:
-    """Return the share of taken stalls of each survey of a panel."""
-    counted = count(panel, (Group("", np.ones(len(panel.stalls), np.bool_)),))
-    low, high = counted.bounds()
-    ends = np.column_stack((counted.share[:, 0], low[:, 0], high[:, 0])).tolist()
-    seen = (counted.seen[:, 0] > 0).tolist()
-    return [
-        Estimate(share, least, most, 1) if is_seen else NOTHING
-        for (share, least, most), is_seen in zip(ends, seen, strict=True)
-    ]
 
 
 def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:

@@ -8,9 +8,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from hawk.results.stall_files import table_text
+from hawk.stats.ask import AskedUse, Cell
 from hawk.stats.figures import Figures, Use
+from hawk.stats.question import Asked
 from hawk.stats.turnover import Bracket
-from hawk.stats.values import Estimate
+from hawk.stats.values import WEEKDAYS, Estimate, LeftOut, Weekday
 
 NONE: Final = "–"
 """Text of what nobody flew, and of an end that is open."""
@@ -28,7 +30,20 @@ def figures_csv(found: Figures) -> str:
         "lot": found.name, "lot_id": found.lot, "clock": found.clock, "interval": found.interval, "first": found.first,
         "last": found.last, "surveys_in_period": found.surveys, "surveys_left_out": len(found.left_out),
     }  # fmt: skip
-    lines = [{**dict(_cells(each)), **about} for each in (shown["hours"] if found.by == "hour" else uses)]
+    return _csv(shown["hours"] if found.by == "hour" else uses, about)
+
+
+def asked_csv(found: AskedUse) -> str:
+    """Return the cells that are asked as CSV, a line a weekday and hour, as `figures_csv`."""
+    about = {"lot": found.name, "lot_id": found.lot, "clock": found.clock, "interval": found.interval}
+    about |= {"surveys_asked": found.occupancy.surveys, "surveys_left_out": len(found.left_out)}
+    asked = {name: ", ".join(map(str, getattr(found.asked, name))) for name in ("rows", "zones", "kinds")}
+    cells = [each for each in found.model_dump(mode="json")["cells"] if each.pop("is_asked")]
+    return _csv(cells, about | asked)
+
+
+def _csv(shown: Iterable[Mapping[str, Any]], about: Mapping[str, object]) -> str:
+    lines = [{**dict(_cells(each)), **about} for each in shown]
     names = dict.fromkeys(name for line in lines for name in line) or about
     out = io.StringIO()
     writer = csv.DictWriter(out, list(names), lineterminator="\n")
@@ -52,10 +67,7 @@ def _cell(cell: object) -> object:
 
 def figures_text(found: Figures) -> str:
     """Return the figures as text for a terminal; intervals stand behind each figure."""
-    lines = [f"{found.name}: {_counted(found.surveys, 'survey')}, times by {found.clock}"]
-    lines += [
-        f"  left out: survey {each.survey} of {each.ended:%Y-%m-%dT%H:%M:%SZ}: {each.why}" for each in found.left_out
-    ]
+    lines = [f"{found.name}: {_counted(found.surveys, 'survey')}, times by {found.clock}", *_left_out(found.left_out)]
     if found.whole is None or found.first is None or found.last is None:
         return "\n".join([*lines, "No survey of this period can be used: choose another one by --from and --to"])
     first, last = (each[:16].replace("T", " ") for each in (found.first, found.last))
@@ -81,6 +93,74 @@ def figures_text(found: Figures) -> str:
         for each in found.compared
     ]
     return "\n".join(lines)
+
+
+def _left_out(surveys: Iterable[LeftOut]) -> Iterable[str]:
+    return (f"  left out: survey {each.survey} of {each.ended:%Y-%m-%dT%H:%M:%SZ}: {each.why}" for each in surveys)
+
+
+def asked_text(found: AskedUse) -> str:
+    """Return an answer as a sentence and a table for a terminal."""
+    part, asked = _part(found.asked), found.asked
+    when = f"on {_weekdays(asked.weekdays)}, {_hours(asked.hours)}"
+    lines = [f"{found.name}, {part}, {when}: nobody flew then, or every survey was left out"]
+    if found.fullest is not None and found.emptiest is not None:
+        lines[0] = (
+            f"{found.name}, {part}, {when}: {share(found.occupancy)} taken, "
+            f"{amount(found.accumulation)} of {_counted(found.stalls, 'stall')}"
+        )
+        lines += [
+            f"  from {_counted(found.occupancy.surveys, 'survey')} in {_counted(found.hours, 'hour')} of "
+            f"{_counted(found.days, 'day')}, times by {found.clock}; {found.interval:.0%} intervals",
+            f"  fullest: {_moment(found.fullest)}, {share(found.fullest.occupancy)}; "
+            f"emptiest: {_moment(found.emptiest)}, {share(found.emptiest.occupancy)}",
+        ]
+    cells = [cell for cell in found.cells if cell.is_asked]
+    without = [hour for hour in asked.hours if not any(cell.days for cell in cells if cell.hour == hour)]
+    if lines[1:] and without and len(asked.hours) < 24:
+        lines.append(f"  nobody flew {_hours(without)}")
+    lines += _left_out(found.left_out)
+    rows = [(_moment(cell), cell.days, cell.occupancy.surveys, share(cell.occupancy)) for cell in cells if cell.days]
+    if rows:
+        lines += ["", *_table(("when", "days", "surveys", "taken"), rows)]
+    if found.others:
+        lines += ["", "the same hours in the other rows:"]
+        lines += _table(
+            ("row", "stalls", "surveys", "taken"),
+            [(each.row, each.stalls, each.occupancy.surveys, share(each.occupancy)) for each in found.others],
+        )
+    return "\n".join(lines)
+
+
+def _moment(cell: Cell) -> str:
+    return f"{cell.weekday} {cell.hour}:00"
+
+
+def _part(asked: Asked) -> str:
+    """Return the parts that are asked in words."""
+    named = ((asked.rows, "row"), (asked.zones, "zone"), (asked.kinds, "kind"))
+    shown = [f"{name}{'s' * (len(each) > 1)} {' and '.join(each)}" for each, name in named if each]
+    return ", ".join(shown) or "all stalls"
+
+
+def _weekdays(days: Sequence[Weekday]) -> str:
+    if len(days) == len(WEEKDAYS):
+        return "all days"
+    runs = _runs([WEEKDAYS.index(day) for day in days])
+    return ", ".join(
+        WEEKDAYS[first] if first == last else f"{WEEKDAYS[first]} to {WEEKDAYS[last]}" for first, last in runs
+    )
+
+
+def _hours(hours: Sequence[int]) -> str:
+    return ", ".join(f"{first}:00 to {last + 1}:00" for first, last in _runs(hours))
+
+
+def _runs(numbers: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the first and the last of each run of numbers that follow each other."""
+    firsts = [each for each in numbers if each - 1 not in numbers]
+    lasts = [each for each in numbers if each + 1 not in numbers]
+    return list(zip(firsts, lasts, strict=True))
 
 
 def _use_lines(use: Use) -> Iterable[str]:

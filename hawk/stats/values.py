@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, tzinfo
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import PlainSerializer
+from pydantic import Field, PlainSerializer
 
 from hawk.lots.answers import Count, Utc
 from hawk.lots.plan.kinds import KINDS
@@ -36,6 +36,9 @@ FREE: Final = 0
 TAKEN: Final = 1
 UNSEEN: Final = -1
 """States of a look; the last one is also that of a stall that was looked at without certainty."""
+Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
+WEEKDAYS: Final[tuple[Weekday, ...]] = get_args(Weekday)
+Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
 WHOLE: Final = "lot"
 NO_ROW: Final = "other"
 """Row of stalls whose label names none."""

@@ -101,7 +101,7 @@ def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: flo
 
 def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[PlanZone]) -> Draft:
     """Return a draft that fits the plan, with a label for each stall. Raises LotInputError for one that does not."""
-    found = labelling.with_way_given(connection, lot, draft)
+    found = labelling.with_labels_free(connection, lot, draft)
     near = queries.around(
         connection, lot, (*found.placed, *found.nameless), found.touched, with_rows=bool(found.nameless)
     )

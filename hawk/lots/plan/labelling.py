@@ -1,6 +1,6 @@
-"""Labels of a draft: a person's own ones, those of ours that give way to them, and those that new stalls get.
+"""Labels of a draft: a person's own ones, those of ours that yield to them, and those that new stalls get.
 
-A label that a person gave or confirmed gives way to none: it is refused, with the remedy. One of ours gives way alone,
+A label that a person gave or confirmed yields to none: it is refused, with the remedy. One of ours yields alone,
 and gets the next number of its row; where its row is taken as a whole, the whole row gets another letter.
 """
 
@@ -19,8 +19,8 @@ from hawk.lots.values import LotInputError
 from hawk.model.lot_map import Stall, StallState
 
 
-def with_way_given(connection: Connection, lot: str, draft: Draft) -> Draft:
-    """Return a draft in which no other stall has a label that a person gives: ours are taken away, to be given anew.
+def with_labels_free(connection: Connection, lot: str, draft: Draft) -> Draft:
+    """Return a draft in which no other stall has a label that a person gives: ours are taken away, and given again.
 
     Raises LotInputError for a label that a person gave to another stall, or gives to two.
     """
@@ -30,12 +30,12 @@ def with_way_given(connection: Connection, lot: str, draft: Draft) -> Draft:
     if len(given) < len(draft.given):
         twice, _ = Counter(stall.label for _, stall in draft.given).most_common(1)[0]
         raise LotInputError(draft.field, f"would give {twice} to two stalls: name other stalls, or give one of them")
-    in_way = _keeping(draft, queries.labelled(connection, lot, [*given]))
-    if not in_way:
+    holding = _keeping(draft, queries.labelled(connection, lot, [*given]))
+    if not holding:
         return draft
-    _check_ours(draft, in_way)
-    rows = _rows_taken(connection, lot, draft, in_way)
-    yielding = {stall.key: stall for stall in (*in_way, *(stall for row in rows.values() for stall in row))}
+    _check_ours(draft, holding)
+    rows = _rows_taken(connection, lot, draft, holding)
+    yielding = {stall.key: stall for stall in (*holding, *(stall for row in rows.values() for stall in row))}
     changed = {old.key: (old, new) for old, new in draft.changed}
     for key, stall in yielding.items():
         old, new = changed.get(key, (stall, stall))
@@ -49,9 +49,9 @@ def _keeping(draft: Draft, stalls: Sequence[LayoutStall]) -> list[LayoutStall]:
     return [stall for stall in stalls if stall.key not in leaving]
 
 
-def _check_ours(draft: Draft, in_way: Sequence[LayoutStall]) -> None:
+def _check_ours(draft: Draft, holding: Sequence[LayoutStall]) -> None:
     """Refuse a draft that needs the label of a stall which a person named. Raises LotInputError."""
-    named = [stall.label for stall in in_way if stall.is_named]
+    named = [stall.label for stall in holding if stall.is_named]
     if named:
         more = f" and {len(named) - 1} more" if len(named) > 1 else ""
         words = (
@@ -61,14 +61,14 @@ def _check_ours(draft: Draft, in_way: Sequence[LayoutStall]) -> None:
 
 
 def _rows_taken(
-    connection: Connection, lot: str, draft: Draft, in_way: Sequence[LayoutStall]
+    connection: Connection, lot: str, draft: Draft, holding: Sequence[LayoutStall]
 ) -> dict[str, list[LayoutStall]]:
     """Return the rows of ours that give up their name, with all stalls that leave them.
 
     A row does where it is named, or where others take half of its labels.
     """
     growing = {parts[0] for former, _ in draft.given if (parts := parts_of(former)) is not None}
-    wanted = Counter(parts[0] for stall in in_way if (parts := parts_of(stall.label)) is not None)
+    wanted = Counter(parts[0] for stall in holding if (parts := parts_of(stall.label)) is not None)
     found: dict[str, list[LayoutStall]] = {}
     for row, count in wanted.items():
         ours = [stall for stall in _keeping(draft, queries.of_row(connection, lot, row)) if not stall.is_named]

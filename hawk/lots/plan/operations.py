@@ -164,7 +164,7 @@ class Confirm(Selecting):
 
 
 class Ordered(Selecting):
-    """An operation on the labels of stalls. Labels that hawk gave, and no person confirmed, give way to them."""
+    """An operation on the labels of stalls. Labels that hawk gave, and no person confirmed, yield to them."""
 
     @model_validator(mode="after")
     def _is_some(self) -> Self:

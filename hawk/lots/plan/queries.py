@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -27,7 +28,7 @@ from hawk.lots.plan.operations import (
 )
 from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.rows import is_among
-from hawk.lots.schema import STALL, ZONE
+from hawk.lots.schema import FORMER, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
 
 _LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
@@ -123,9 +124,17 @@ def all_stalls(connection: Connection, lot: str) -> list[LayoutStall]:
     return _stalls(connection, _ALL, lot=lot)
 
 
-def stalls_in(connection: Connection, lot: str, version: int) -> list[LayoutStall]:
-    """Return the stalls of a version of the layout, as they are now."""
-    return _stalls(connection, _asked(in_plan(STALL.c, lot, version)))
+def stalls_in(connection: Connection, lot: str, version: int, then: Sequence[str] = LASTING) -> list[LayoutStall]:
+    """Return the stalls of a version of the layout as it has them.
+
+    ``then``: the columns as they were; the others are as they are now.
+    """
+    asked = select(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends > version).order_by(FORMER.c.ends.desc())
+    former = {row["stall"]: row for row in connection.execute(asked).mappings()}  # that of the smallest `ends` is last
+    return [
+        replace(each, **{name: former[each.key][name] for name in then}) if each.key in former else each
+        for each in _stalls(connection, _asked(in_plan(STALL.c, lot, version)))
+    ]
 
 
 def around(

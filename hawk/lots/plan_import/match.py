@@ -1,7 +1,7 @@
 """Changes that a placed plan makes to a lot: stalls that stay with another label, that begin, and that end.
 
 A stall of the lot that one of the plan overlaps by half keeps its id. Labels of the owner are kept as they are: ours
-give way to them. One that a person confirmed on a stall which stays as it is gives way to none.
+yield to them. One that a person confirmed on a stall which stays as it is yields to none.
 """
 
 from __future__ import annotations

@@ -69,13 +69,11 @@ def backup(path: Path, target: Path) -> str:
     with explained(target):
         target.parent.mkdir(parents=True, exist_ok=True)
         copy(path, target)
-    return damage_in(target, check(target))
+    return damage_in(target) if check(target) <= VERSION else ""
 
 
-def damage_in(path: Path, version: int) -> str:
-    """Return words that name the damaged parts of a store of a version; "" where none is. Raises LotStoreError."""
-    if version != VERSION:
-        return ""  # earlier ones have no digests, and those of a newer one are not known
+def damage_in(path: Path) -> str:
+    """Return words that name the damaged parts of a store; "" where none is. Raises LotStoreError."""
     with explained(path), contextlib.closing(read_only(path)) as opened:
         opened.execute("BEGIN")
         return words_of(opened, damaged_parts(opened))
@@ -91,12 +89,11 @@ def verify(path: Path) -> str:
     with explained(path), contextlib.closing(read_only(path)) as opened:
         loose = {f"{table} names a {other} that is not there" for table, _, other, _ in _loose(opened)}
         held = [f"{name} {opened.execute(asked).fetchone()[0]}" for name, asked in _COUNTED.items()]
-    damage = damage_in(path, version)
+    damage = damage_in(path)
     if loose or damage:
         words = [*sorted(f"{each}. {_ANOTHER}" for each in loose), damage]
         raise LotStoreError(f"{path}: {' '.join(filter(None, words))}")
-    digests = "" if version == VERSION else "; it is of an earlier version, which has no digests"
-    return f"{path}: whole, {', '.join(held)}{digests}"
+    return f"{path}: whole, {', '.join(held)}"
 
 
 def _loose(opened: sqlite3.Connection) -> list[tuple[str, int, str, int]]:
@@ -149,7 +146,7 @@ def _restore(path: Path, source: Path, version: int, now: float) -> Restored:
             migrate_file(prepared)
         former = former_of(path)
         notes = carry_over(prepared, former, now)
-        if damage := damage_in(prepared, VERSION):
+        if damage := damage_in(prepared):
             notes = (*notes, damage)
         if not path.exists():
             _replace(path, prepared)

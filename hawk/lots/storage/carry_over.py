@@ -44,7 +44,7 @@ def former_of(path: Path) -> Former:
         version = check(path)
     except LotStoreError:
         return Former(erased=_erased_in(path))
-    if version != VERSION:
+    if version > VERSION:
         return Former(is_whole=True, open_until=_links_of(path, ()))
     with contextlib.closing(read_only(path)) as store:
         store.execute("BEGIN")

@@ -340,18 +340,21 @@ def migrate_file(path: Path, target: str = "head") -> None:
 
 
 def migrate(connection: Connection, target: str = "head") -> None:
-    """Bring the tables to a revision, within the transaction of the connection."""
+    """Bring the tables to a revision, within the transaction of the connection. What is damaged stays so."""
     scripts = script.ScriptDirectory(str(_REVISIONS), version_locations=[str(_REVISIONS)])
 
     def steps(revision: Any, _: object) -> list[Any]:
         missing = reversed(list(scripts.iterate_revisions(target, revision or "base")))
         return [migration.MigrationStep.upgrade_from_script(scripts.revision_map, each) for each in missing]
 
+    store = _raw(connection)
+    is_new = store.execute("PRAGMA user_version").fetchone() == (0,)
+    damaged = () if is_new else damaged_parts(store)
     with environment.EnvironmentContext(config.Config(), scripts, fn=steps, destination_rev=target) as context:
         context.configure(connection=connection, transactional_ddl=True)
         context.run_migrations()
     if target in ("head", f"{VERSION:04d}"):
-        seal_everything(_raw(connection))
+        seal_everything(store, damaged)
 
 
 def copy(source: Path, target: Path) -> None:

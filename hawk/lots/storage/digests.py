@@ -13,6 +13,7 @@ import sqlite3
 import struct
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final, cast
 
 from sqlalchemy import Connection
@@ -40,23 +41,24 @@ class Part:
     key: str
 
 
-def _selection(table: str, key: str) -> str:
-    columns = METADATA.tables[table].columns
-    names = ", ".join(f'"{name}"' for name in sorted(columns.keys()))
+@lru_cache
+def _selection(table: str, key: str, columns: tuple[str, ...]) -> str:
+    names = ", ".join(f'"{name}"' for name in sorted(columns))
     order = ", ".join(f'"{column.name}"' for column in METADATA.tables[table].primary_key)
     return f"SELECT {names} FROM main.{table} WHERE {key} = ? ORDER BY {order}"  # noqa: S608 - our own words
 
 
-_SELECTIONS: Final = {
-    kind: tuple(_selection(table, key) for table, key in tables.items()) for kind, tables in PARTS.items()
-}
+def _columns(store: sqlite3.Connection, table: str) -> tuple[str, ...]:
+    """Return the columns that a table has in this file: an earlier version has fewer."""
+    return tuple(row[1] for row in store.execute(f"PRAGMA main.table_info({table})"))
 
 
 def digest_of(store: sqlite3.Connection, part: Part) -> bytes | None:
     """Return the digest of a part as it is, `DAMAGED` for one that cannot be read; None for one without rows."""
     key = int(part.key) if part.kind in _NUMBERED else part.key
     try:
-        rows = [store.execute(selection, (key,)).fetchall() for selection in _SELECTIONS[part.kind]]
+        asked = [_selection(table, name, _columns(store, table)) for table, name in PARTS[part.kind].items()]
+        rows = [store.execute(selection, (key,)).fetchall() for selection in asked]
     except (sqlite3.OperationalError, UnicodeError):  # text that is none
         return DAMAGED
     if not any(rows):
@@ -94,15 +96,15 @@ def seal(store: sqlite3.Connection, damaged: Collection[Part] = ()) -> None:
             store.execute("UPDATE digest SET digest = ? WHERE part = ? AND key = ?", (kept, kind, key))
 
 
-def seal_everything(store: sqlite3.Connection) -> None:
-    """Store the digest of every part: of a store that an earlier version made."""
+def seal_everything(store: sqlite3.Connection, damaged: Collection[Part] = ()) -> None:
+    """Store the digest of every part: of a store that an earlier version made. ``damaged``: as of `seal`."""
     for kind, tables in PARTS.items():
         for table, key in tables.items():
             store.execute(
                 f"INSERT INTO digest (part, key) SELECT DISTINCT '{kind}', CAST({key} AS TEXT) FROM {table} "  # noqa: S608
                 "WHERE true ON CONFLICT (part, key) DO UPDATE SET digest = NULL"
             )
-    seal(store)
+    seal(store, damaged)
 
 
 def damaged_parts(store: sqlite3.Connection) -> tuple[Part, ...]:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from hawk.lots.answers import Count, Next, Shown, Utc
 from hawk.lots.plan.operations import Operation
-from hawk.lots.values import LONGEST_NAME
+from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE
 from hawk.web.v1.parameters import Id
 
 Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
@@ -35,6 +35,12 @@ class LotName(Given):
     """Name of a lot: any text that can be shown."""
 
     name: Name
+
+
+class LotTimeZone(Given):
+    """Name of a lot's time zone, as Europe/Amsterdam; null: that of its place."""
+
+    time_zone: Annotated[str, Field(max_length=LONGEST_ZONE)] | None
 
 
 class LotMerge(Given):

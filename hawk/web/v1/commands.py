@@ -19,6 +19,11 @@ def rename(connection: Connection, command: Command) -> object:
     return commands.rename(connection, command.id, command.body["name"], command.who, command.now)
 
 
+def choose_time_zone(connection: Connection, command: Command) -> object:
+    """Say a lot's time zone."""
+    return commands.choose_time_zone(connection, command.id, command.body["time_zone"], command.who, command.now)
+
+
 def merge(connection: Connection, command: Command) -> object:
     """Merge another lot into this one."""
     return commands.merge(connection, command.id, command.body["with"], command.who, command.now)

@@ -26,7 +26,7 @@ from pydantic import BaseModel
 from hawk.web.v1.answers import JSON, PROBLEM
 from hawk.web.v1.bodies import Problem
 from hawk.web.v1.operations import Operation
-from hawk.web.v1.parameters import Query
+from hawk.web.v1.parameters import AGAIN, Query
 from hawk.web.v1.unknown import PATTERNS
 
 TITLE: Final = "hawk"
@@ -150,7 +150,7 @@ def _in_path(operation: Operation) -> Iterator[Parameter]:
 def _in_query(model: type[Query]) -> Iterator[Parameter]:
     for name, values in model.model_json_schema(by_alias=True).get("properties", {}).items():
         shown = _given(values)
-        is_again = shown.pop("x-again", False)
+        is_again = shown.pop(AGAIN, False)
         form = {"style": "form", "explode": is_again} if shown.get("type") == "array" else {}
         facts = {"name": name, "in": "query", "description": shown.pop("description", None)}
         yield Parameter.model_validate({**facts, **form, "schema": shown})

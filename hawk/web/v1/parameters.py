@@ -14,7 +14,7 @@ from hawk.formats.validation import wrong_values
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.operations import LONGEST_ROW
 from hawk.lots.plan.values import ID
-from hawk.lots.values import LotInputError
+from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE, LotInputError
 from hawk.stats.partition import Partition
 from hawk.web.access.admission import TOKEN_PARAMETER
 
@@ -23,8 +23,11 @@ USUAL_ITEMS: Final = 100
 LONGEST_PLACE: Final = 36
 """Characters of a place in a list: those of an id."""
 _LONGEST_NUMBER: Final = 9
-_LONGEST_ZONE: Final = 64
 _LONGEST_TIME: Final = 40
+_LONGEST_LIST: Final = 100
+_MOST_PARTS: Final = 100
+AGAIN: Final = "x-again"
+"""Mark of a parameter that may be there more than once; `hawk.web.v1.openapi` reads it."""
 
 
 _PLACE: Final = "^[0-9A-Za-z.-]+$"
@@ -97,8 +100,8 @@ class Period(Query):
     time_zone: Annotated[
         str | None,
         Field(
-            min_length=1, max_length=_LONGEST_ZONE,
-            description="name of the clock, as Europe/Amsterdam; that of the drone's computer without it",
+            min_length=1, max_length=LONGEST_ZONE,
+            description="name of the clock, as Europe/Amsterdam; the lot's without it, UTC for surveys of all lots",
         ),
     ] = None  # fmt: skip
 
@@ -126,6 +129,12 @@ class Observations(Listed, Period):
     stall: Annotated[Id | None, Field(description="looks at this stall alone")] = None
 
 
+class Changes(Listed):
+    """Changes that persons made."""
+
+    lot: Annotated[Id | None, Field(description="changes of this lot alone")] = None
+
+
 class Stalls(Listed):
     """Stalls of a lot."""
 
@@ -143,6 +152,28 @@ class Statistics(Period):
         Partition | None,
         Field(description="parts of the lot that are counted by themselves, beside the whole"),
     ] = None
+
+
+def _parts(words: str) -> Any:
+    return Field(max_length=_MOST_PARTS, description=f"{words}; again for another one", json_schema_extra={AGAIN: True})
+
+
+Part = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
+
+
+class Ask(Period):
+    """Question about parts of a lot at some hours of the week."""
+
+    weekday: Annotated[
+        str | None, Field(max_length=_LONGEST_LIST, description="days, as mon-fri, sat or mon,wed; all without it")
+    ] = None
+    hour: Annotated[
+        str | None,
+        Field(max_length=_LONGEST_LIST, description="hours, as 7-11, 8 or 7-9,16-18; all without it"),
+    ] = None
+    row: Annotated[tuple[Part, ...], _parts("row, as statistics by `row` name it")] = ()
+    zone: Annotated[tuple[Part, ...], _parts("zone, as statistics by `zone` name it")] = ()
+    kind: Annotated[tuple[Part, ...], _parts("kind of stalls, as statistics by `kind` name it")] = ()
 
 
 class FeedOptions(Period):
@@ -199,13 +230,17 @@ class Request(Generic[Q]):
 
 def query_of(request: web.Request, model: type[Q]) -> Q:
     """Return the parameters of an address. Raises LotInputError with the parameter and the remedy."""
-    given: dict[str, str] = {}
+    given: dict[str, str | list[str]] = {}
+    lists = {
+        name for name, field in model.model_fields.items()
+        if isinstance(field.json_schema_extra, dict) and AGAIN in field.json_schema_extra
+    }  # fmt: skip
     for name, value in request.query.items():
         if name == TOKEN_PARAMETER:
             continue
-        if name in given:
+        if name in given and name not in lists:
             raise LotInputError(name, "is there twice: write it once")
-        given[name] = value
+        given[name] = request.query.getall(name) if name in lists else value
     return validated(model, given)
 
 

@@ -21,7 +21,7 @@ from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import answered, now_of, opened, text_of
 from hawk.web.v1.changes import FOR_OPERATORS, Body, changed, role_of
-from hawk.web.v1.parameters import Query
+from hawk.web.v1.parameters import AGAIN, Query
 from hawk.web.v1.refusals import check_operator
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ class ImportChoices(Query):
         list[str] | None,
         Field(
             description="point of the drawing and its place on Earth: x,y,latitude,longitude; again for a second one",
-            json_schema_extra={"x-again": True},
+            json_schema_extra={AGAIN: True},
         ),
     ] = None
     replace: Annotated[Switch | None, Field(description="1: stalls that the file has not end")] = None

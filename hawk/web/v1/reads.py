@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 from sqlalchemy import ColumnElement, Connection
 
@@ -17,13 +18,17 @@ from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.lists import Asked
 from hawk.lots.schema import SURVEY
-from hawk.lots.values import Placed
+from hawk.lots.time_zone import zone_of_lot
+from hawk.lots.values import UTC_NAME, Placed
 from hawk.stats import queries as uses
 from hawk.stats.panel import Period
-from hawk.stats.period import period_of
+from hawk.stats.period import period_of, period_of_lot
+from hawk.stats.question import asked_of
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import GEOJSON, Answer
 from hawk.web.v1.parameters import Query, Request
+
+P = TypeVar("P", bound=forms.Period)
 
 
 def _listed(part: Part) -> Answer:
@@ -34,16 +39,21 @@ def _part(query: forms.Listed) -> Asked:
     return Asked(query.limit, query.after)
 
 
-def _during(query: forms.Period) -> Sequence[ColumnElement[bool]]:
-    """Return the conditions that a survey ended within a period. Raises LotInputError."""
+def _during(connection: Connection, query: forms.Period, lot: str | None) -> Sequence[ColumnElement[bool]]:
+    """Return the conditions that a survey ended within a period, by the clock of a lot, or UTC for surveys of all.
+
+    Raises NotFoundError, LotInputError.
+    """
     if query.begin is None and query.end is None:
         return ()
-    return period_of(query.begin, query.end, query.time_zone).holds(SURVEY.c.ended)
+    named = query.time_zone or UTC_NAME if lot is None else query.time_zone or zone_of_lot(connection, lot)
+    return period_of(query.begin, query.end, named).holds(SURVEY.c.ended)
 
 
-def _period(query: forms.Period) -> Period:
-    """Return a period, which may have no end. Raises LotInputError."""
-    return period_of(query.begin, query.end, query.time_zone)
+def _period(connection: Connection, asked: Request[P]) -> Period:
+    """Return a period, which may have no end. Raises NotFoundError, LotInputError."""
+    query = asked.query
+    return period_of_lot(connection, asked.id, query.begin, query.end, query.time_zone)
 
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
@@ -90,7 +100,7 @@ def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
     """Return surveys: those of a lot where the address names one."""
     query = asked.query
     is_asked = SURVEY.c.placed != Placed.DELETED.value if query.placed is None else SURVEY.c.placed == query.placed
-    conditions = [*_during(query), is_asked]
+    conditions = [*_during(connection, query, asked.path.get("id")), is_asked]
     part = replace(_part(query), newest_first=query.order == "newest", of=conditions)
     return _listed(lists.surveys(connection, part, asked.path.get("id")))
 
@@ -103,7 +113,7 @@ def survey(connection: Connection, asked: Request[Query]) -> Answer:
 def observations(connection: Connection, asked: Request[forms.Observations]) -> Answer:
     """Return the looks at the stalls of a lot."""
     query = asked.query
-    part = replace(_part(query), newest_first=query.order == "newest", of=_during(query))
+    part = replace(_part(query), newest_first=query.order == "newest", of=_during(connection, query, asked.id))
     found = lists.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
     return _listed(found)
 
@@ -113,9 +123,9 @@ def observations_of_survey(connection: Connection, asked: Request[forms.Listed])
     return _listed(lists.observations(connection, _part(asked.query), survey_id=asked.id))
 
 
-def changes(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+def changes(connection: Connection, asked: Request[forms.Changes]) -> Answer:
     """Return the changes that persons made."""
-    return _listed(lists.changes(connection, _part(asked.query)))
+    return _listed(lists.changes(connection, _part(asked.query), asked.query.lot))
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:
@@ -141,23 +151,30 @@ def places(connection: Connection, asked: Request[Query]) -> Answer:
 
 def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answer:
     """Return the figures of a lot's use."""
-    return Answer(uses.statistics(connection, asked.id, _period(asked.query), asked.query.by))
+    return Answer(uses.statistics(connection, asked.id, _period(connection, asked), asked.query.by))
+
+
+def ask(connection: Connection, asked: Request[forms.Ask]) -> Answer:
+    """Return the answer to a question about a lot's use."""
+    query = asked.query
+    question = asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
+    return Answer(uses.ask(connection, asked.id, _period(connection, asked), question))
 
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    return Answer(uses.surveys_use(connection, asked.id, _period(asked.query)))
+    return Answer(uses.surveys_use(connection, asked.id, _period(connection, asked)))
 
 
 def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
     """Return of each stall of a lot the share of the surveys in which it was taken."""
-    return Answer(uses.stalls_use(connection, asked.id, _period(asked.query)))
+    return Answer(uses.stalls_use(connection, asked.id, _period(connection, asked)))
 
 
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
     query = asked.query
-    return Answer(uses.changes(connection, asked.id, query.before, query.after, _period(query)))
+    return Answer(uses.changes(connection, asked.id, query.before, query.after, _period(connection, asked)))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:

@@ -12,6 +12,7 @@ from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
 from hawk.runtime.late import late_functions
 from hawk.stats import answers as figures
+from hawk.stats.ask import AskedUse
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings
@@ -103,6 +104,8 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
             SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
             STATISTICS, reads.statistics, Figures, parameters.Statistics, keep_missing_looks),
+        one("/statistics/ask", "ask", "Use of parts of a lot at some hours of the week; `hawk-drone stats` prints it",
+            STATISTICS, reads.ask, AskedUse, parameters.Ask, keep_missing_looks),
         one("/statistics/surveys", "surveys_use", "Surveys of a lot, each with its share of taken stalls", STATISTICS,
             reads.surveys_use, figures.SurveysUse, parameters.Period, keep_missing_looks),
         one("/statistics/stalls", "stalls_use", "Stalls of a lot by the share of surveys that found them taken",
@@ -140,12 +143,14 @@ _READS: Final = (
 
 _CHANGES: Final = (
     _read("/changes", "changes", "Changes that persons made, the newest first", CHANGES, reads.changes,
-          lots.ChangeList, parameters.Listed),
+          lots.ChangeList, parameters.Changes),
     _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
           CHANGES, reads.proposals, lots.Proposals),
     _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, commands.undo, bodies.Nothing,
             lots.Undone),
     _change("/lots/{id}/name", "rename", "Name a lot", CHANGES, commands.rename, bodies.LotName, lots.Done),
+    _change("/lots/{id}/time-zone", "choose_time_zone", "Say a lot's time zone", CHANGES, commands.choose_time_zone,
+            bodies.LotTimeZone, lots.Done),
     _change("/lots/{id}/merge", "merge", "Merge another lot into this one", CHANGES, commands.merge, bodies.LotMerge,
             lots.Done),
     _change("/lots/{id}/split", "split", "Make a lot of its own of a part of a lot", CHANGES, commands.split,

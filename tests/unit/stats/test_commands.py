@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 from collections.abc import Callable
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -31,7 +32,8 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
     store.close()
 
     def command(*options: str) -> tuple[int, str, str]:
-        status = main(["stats", *options, "--store", str(tmp_path), "--time-zone", "UTC"])
+        zone = () if "--time-zone" in options else ("--time-zone", "UTC")
+        status = main(["stats", *options, "--store", str(tmp_path), *zone])
         return status, *capsys.readouterr()
 
     return command
@@ -85,6 +87,32 @@ def test_the_unit_of_a_bracket_stands_behind_its_number(low: float | None, high:
 
 
 @pytest.mark.slow
+def test_a_question_is_answered_by_a_sentence_and_a_table(run: Run) -> None:
+    found = json.loads(run("Lot 1", "--row", "A", "--json")[1])
+    (hour,) = {each["hour"] for each in found["cells"] if each["days"]}
+    days = [(each["weekday"], f"{hour}:00") for each in found["cells"] if each["days"]]
+    status, out, _ = run("Lot 1", "--row", "A", "--weekday", "mon-fri,sat-sun", "--hour", f"0-1,{hour}")
+    assert status == 0
+    assert out.startswith(f"Lot 1, row A, on all days, 0:00 to 1:00, {hour}:00 to {hour + 1}:00: ")
+    assert "taken, " in out.splitlines()[0]
+    assert out.splitlines()[0].endswith(" of 20 stalls")
+    assert "times by UTC; 90% intervals" in out
+    assert "  nobody flew 0:00 to 1:00\n" in out
+    assert [tuple(line.split()[:2]) for line in out.splitlines()[-len(days) :]] == days
+    rows = list(csv.DictReader(io.StringIO(run("Lot 1", "--hour", str(hour), "--csv")[1])))
+    assert sum(int(row["occupancy_surveys"]) for row in rows) == 3
+    assert (len(rows), {row["clock"] for row in rows}) == (7, {"UTC"})
+
+
+@pytest.mark.slow
+def test_an_hour_that_nobody_flew_says_so(run: Run) -> None:
+    status, out, _ = run("Lot 1", "--from", "2031-01-01", "--kind", "normal")
+    assert (status, out) == (
+        0, "Lot 1, kind normal, on all days, 0:00 to 24:00: nobody flew then, or every survey was left out\n",
+    )  # fmt: skip
+
+
+@pytest.mark.slow
 def test_a_period_without_surveys_says_so(run: Run) -> None:
     status, out, _ = run("Lot 1", "--from", "2031-01-01", "--to", "2031-01-02")
     assert status == 0
@@ -98,6 +126,12 @@ def test_a_period_without_surveys_says_so(run: Run) -> None:
         (("Lot 1", "--to", "2026-13-01"), "--to: must be a date"),
         (("Lot 1", "--from", "2026-05-04", "--to", "2026-05-01"), "--to: 2026-05-01 is not after 2026-05-04"),
         (("Lot 1", "--by", "colour"), "--by: invalid choice: 'colour'"),
+        (("Lot 1", "--time-zone", "Mars/Olympus"), "--time-zone: must be a name of the time zone database"),
+        (("Lot 1", "--weekday", "workday"), "--weekday: must be days out of mon, tue"),
+        (("Lot 1", "--hour", "11-7"), "--hour: must be hours from 0 to 24"),
+        (("Lot 1", "--row", "Q"), "--row: the lot has none that is called 'Q'; there is A"),
+        (("Lot 1", "--zone", "Q"), "--zone: the lot has none that is called 'Q'; there is no zone"),
+        (("Lot 1", "--row", "A", "--by", "row"), "--by: not together with --weekday, --hour, --row, --zone, --kind"),
         (("Lot 9",), "LOT: no lot is called 'Lot 9'; there are 'Lot 1'"),
         (("Lot 1", "--csv", "--json"), "--json: not allowed with argument --csv"),
     ],
@@ -110,11 +144,19 @@ def test_what_cannot_be_used_is_refused_with_its_name_and_the_remedy(
     assert words in error
 
 
-def test_a_time_zone_that_there_is_not_and_a_store_that_there_is_not_are_refused(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.slow
+def test_times_are_those_of_the_lot_unless_another_clock_is_named(
+    run: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["stats", "Lot 1", "--store", str(tmp_path), "--time-zone", "Mars/Olympus"]) == 2
-    assert "--time-zone: must be a name of the time zone database" in capsys.readouterr().err
+    assert main(["stats", "Lot 1", "--store", str(tmp_path), "--json"]) == 0
+    here, there = json.loads(capsys.readouterr().out), json.loads(run("Lot 1", "--json")[1])
+    assert (here["clock"], there["clock"]) == ("Europe/Amsterdam", "UTC")
+    moments = [datetime.fromisoformat(each["first"]) for each in (here, there)]
+    assert moments[0] == moments[1]
+    assert (moments[0].utcoffset(), moments[1].utcoffset()) == (timedelta(hours=1), timedelta(0))
+
+
+def test_a_store_that_there_is_not_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["stats", "Lot 1", "--store", str(tmp_path)]) == 1
     assert "there is no store of lots; name its folder by --store" in capsys.readouterr().err
 

@@ -13,7 +13,7 @@ from tests.unit.stats.panels import at, everything, panel
 
 def test_the_share_is_of_stalls_with_a_state_and_its_interval_is_that_of_the_count_of_free_ones() -> None:
     seen = panel([at(9)], [[TAKEN] * 6 + [FREE] * 4], sure=0.9)
-    found = count(seen, everything(seen)).at(0, 0)
+    found = count(seen, everything(seen)).shares()[0]
     off = SPREADS * (10 * free_variance(1.0, 0.9)) ** 0.5 / 10
     assert (found.value, found.surveys) == (0.6, 1)
     assert (found.low, found.high) == pytest.approx((0.6 - off, 0.6 + off))
@@ -22,7 +22,7 @@ def test_the_share_is_of_stalls_with_a_state_and_its_interval_is_that_of_the_cou
 def test_unseen_stalls_widen_the_interval_up_to_all_free_and_all_taken() -> None:
     whole = panel([at(9)], [[TAKEN] * 50 + [FREE] * 50])
     gaps = panel([at(9)], [[TAKEN] * 40 + [FREE] * 40 + [UNSEEN] * 20])
-    narrow, wide = (count(each, everything(each)).at(0, 0) for each in (whole, gaps))
+    narrow, wide = (count(each, everything(each)).shares()[0] for each in (whole, gaps))
     assert narrow.low is not None
     assert narrow.high is not None
     assert wide.low is not None
@@ -34,7 +34,7 @@ def test_unseen_stalls_widen_the_interval_up_to_all_free_and_all_taken() -> None
 
 def test_a_group_of_which_nothing_was_seen_has_no_figure() -> None:
     none = panel([at(9)], [[UNSEEN] * 5])
-    found = count(none, everything(none)).at(0, 0)
+    found = count(none, everything(none)).shares()[0]
     assert (found.value, found.low, found.high, found.surveys) == (None, None, None, 0)
 
 
@@ -44,7 +44,7 @@ def test_the_interval_holds_its_value_and_what_all_unseen_stalls_allow_bounds_it
 ) -> None:
     seen = panel([at(9)], [states], sure=sure)
     counted = count(seen, everything(seen))
-    found = counted.at(0, 0)
+    found = counted.shares()[0]
     if found.value is None or found.low is None or found.high is None:
         assert set(states) == {UNSEEN}
         return
@@ -62,7 +62,7 @@ def test_unseen_stalls_drawn_at_random_are_within_the_interval_in_nine_of_ten_dr
         real = (rng.random(80) < 0.6).astype(int)
         seen = np.where(rng.random(80) < 0.3, UNSEEN, real)
         each = panel([at(9)], [seen.tolist()])
-        found = count(each, everything(each)).at(0, 0)
+        found = count(each, everything(each)).shares()[0]
         assert found.low is not None
         assert found.high is not None
         held += found.low <= real.mean() <= found.high

@@ -25,6 +25,35 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
+/** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``; none named: all. */
+export interface Asked {
+  weekdays: ("Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday")[];
+  hours: number[];
+  rows: string[];
+  zones: string[];
+  kinds: string[];
+}
+
+/** Use of what is `asked`, over the surveyed hours that are asked, which count alike. */
+export interface AskedUse {
+  lot: string;
+  name: string;
+  clock: string;
+  interval: number;
+  asked: Asked;
+  stalls: number;
+  days: number;
+  hours: number;
+  occupancy: Estimate;
+  accumulation: Estimate;
+  fullest: Cell | null;
+  emptiest: Cell | null;
+  cells: Cell[];
+  others: RowUse[];
+  surveys: SurveyShare[];
+  left_out: LeftOut[];
+}
+
 /** A stall that surveys found where the layout has none. `instead`: stalls that it overlaps. */
 export interface BeginProposal {
   id: number;
@@ -63,13 +92,25 @@ export interface Bracket {
   high: number | null;
 }
 
-/** A change that a person made; `undone`: when it was undone. */
+/** Mean over the dates with a survey in an hour of a weekday; null where nobody flew. `is_asked`: of the question. */
+export interface Cell {
+  weekday: "Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday";
+  hour: number;
+  is_asked: boolean;
+  days: number;
+  occupancy: Estimate;
+}
+
+/** A change that a person made in a `lot`; `surveys`: those that it moved, placed or deleted. `undone`: when it was undone. `kept`: why it cannot be undone now; null for one that can. */
 export interface Change {
   seq: number;
   kind: string;
+  lot: string;
+  surveys: string[];
   who: string;
   made: string;
   undone: string | null;
+  kept: string | null;
 }
 
 /** Part of the list of changes. */
@@ -278,10 +319,11 @@ export interface ListedLink {
   taken_back: string | null;
 }
 
-/** A lot, with its newest survey. */
+/** A lot, with its newest survey. `time_zone`: that of its place, unless a person chose another one. */
 export interface ListedLot {
   id: string;
   name: string;
+  time_zone: string;
   stalls: number;
   survey_count: number;
   last_survey: Survey | null;
@@ -298,6 +340,7 @@ export interface ListedStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
   row: string | null;
   latitude: number;
   longitude: number;
@@ -311,6 +354,7 @@ export interface ListedStall {
 export interface Lot {
   id: string;
   name: string;
+  time_zone: string;
   stalls: number;
   survey_count: number;
   last_survey: Survey | null;
@@ -398,6 +442,7 @@ export interface PlacedStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
   row: string | null;
   latitude: number;
   longitude: number;
@@ -474,6 +519,7 @@ export interface PlanStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
 }
 
 /** An area of a plan: a zone whose stalls statistics count together, or one without stalls. */
@@ -543,10 +589,17 @@ export interface RecordingList {
   next: string | null;
 }
 
-/** A label of the file that another stall had, and the one in its place. */
+/** A label of the file that another stall keeps, and the one in its place. */
 export interface Renamed {
   label: string;
   to: string;
+}
+
+/** Another row, with its stalls of the zones and kinds that are asked, at the same hours. */
+export interface RowUse {
+  row: string;
+  stalls: number;
+  occupancy: Estimate;
 }
 
 /** A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`. */
@@ -572,6 +625,7 @@ export interface Stall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
   row: string | null;
   latitude: number;
   longitude: number;
@@ -699,6 +753,13 @@ export interface SurveyProposals {
   ended: string;
   begin: BeginProposal[];
   end: EndProposal[];
+}
+
+/** A survey behind an answer, with the share that was taken at its moment of what is asked. */
+export interface SurveyShare {
+  survey: string;
+  at: string;
+  occupancy: Estimate;
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */

@@ -1,4 +1,4 @@
-"""Labels as they are painted: those of ours give way to a person's, and an undo gives each one back."""
+"""Labels as they are painted: those of ours yield to a person's, and an undo gives each one back."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_a_label_that_a_person_confirmed_is_refused_with_the_remedy_which_is_pos
     assert (row(ann, THIRD), row(ann, FIRST)) == (numbers("A"), numbers("C"))
 
 
-def test_one_stall_of_ours_gives_way_alone_and_gets_the_next_number_of_its_row(ann: Person) -> None:
+def test_one_stall_of_ours_yields_alone_and_gets_the_next_number_of_its_row(ann: Person) -> None:
     ann.do("renumber", stalls=ann.ids("C 10"), labels=["A 3"])
     assert row(ann, FIRST) == numbers("A", 1, 2, 11, 4, 5, 6, 7, 8, 9, 10)
     ann.do("shift", stalls=ann.ids("A 4", "A 5"), by=2)
@@ -140,7 +140,7 @@ def test_labels_of_owners_keep_their_form(ann: Person) -> None:
 
 
 def test_two_stalls_never_get_one_label(ann: Person) -> None:
-    with pytest.raises(LotInputError, match="^to: would give Q 1 to two stalls"):
+    with pytest.raises(LotInputError, match=r"^to: would give Q 1 to two stalls"):
         ann.do("rename", stalls=ann.ids("A 1", "B 1"), to="Q")
 
 
@@ -162,9 +162,7 @@ def test_a_label_that_a_person_confirmed_and_took_away_is_given_again(ann: Perso
     ann.do("rename", row="B", to="A")
     assert (row(ann, FIRST), row(ann, SECOND)) == (numbers("Q"), numbers("A"))
     ann.do("remove", row="Q")
-    (new,) = ann.do(**{"do": "add_stall", "label": "Q 7"}, north=20.0, east=0.0, angle=0.0, width=2.5, length=5.0)[
-        "stalls"
-    ]
+    (new,) = ann.do("add_stall", label="Q 7", north=20.0, east=0.0, angle=0.0, width=2.5, length=5.0)["stalls"]
     assert (new["label"], new["is_named"]) == ("Q 7", True)
 
 

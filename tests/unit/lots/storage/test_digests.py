@@ -17,7 +17,7 @@ from hawk.cli import main
 from hawk.lots import commands, queries, shares
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
-from hawk.lots.schema import CHANGE, METADATA, PARTS, SURVEY, VERSION
+from hawk.lots.schema import CHANGE, METADATA, PARTS, SURVEY
 from hawk.lots.storage import digests
 from hawk.lots.storage.backup import backup, damage_in, restore
 from hawk.lots.storage.database import Database
@@ -213,7 +213,7 @@ def test_a_damaged_survey_is_passed_over_and_named(tmp_path: Path, capsys: pytes
     words = capsys.readouterr().err
     assert "with its damage. Keep the backups before it." in words
     assert f"survey {gone[:8]}" in words
-    assert damage_in(later_copy, VERSION) != ""
+    assert damage_in(later_copy) != ""
     assert any(gone[:8] in note for note in restore(path, later_copy).notes)
     restore(path, copy)
     assert damaged_in(path) == ()

@@ -139,7 +139,7 @@ def test_a_moment_that_is_not_sure_decides_nothing(
             wrong.survey: False,
         }
         assert {stall["observed"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
-        panel = read_panel(connection, flown.lot, period_of(None, None, None))
+        panel = read_panel(connection, flown.lot, period_of(None, None, "UTC"))
         assert [each.id for each in panel.surveys] == [flown.survey]
         assert [(each.survey, each.why) for each in panel.left_out] == [(wrong.survey, why)]
         assert extent(connection).end == max(each for each in (survey().ended, ended) if each <= NOW)

@@ -125,6 +125,27 @@ async def test_a_name_is_text_and_html_in_it_stays_as_it_is(lots: Lots) -> None:
 
 
 @pytest.mark.slow
+async def test_a_time_zone_is_that_of_the_place_until_a_person_says_another_one(lots: Lots) -> None:
+    lot = (await lots.add(survey())).lot
+
+    async def shown() -> set[str]:
+        clocks = [(await lots.get(f"/lots/{lot}{path}"))["clock"] for path in ("/statistics", "/statistics/surveys")]
+        return {(await lots.get(f"/lots/{lot}"))["time_zone"], (await lots.items())[0]["time_zone"], *clocks}
+
+    assert await shown() == {"Europe/Amsterdam"}
+    change = await lots.done(f"/lots/{lot}/time-zone", time_zone="America/Toronto")
+    assert await shown() == {"America/Toronto"}
+    assert (await lots.get(f"/lots/{lot}/feeds/cds"))["time_zone"] == "America/Toronto"
+    assert await lots.undo(change) == (200, {"seq": change["seq"], "kind": "time_zone"})
+    assert await shown() == {"Europe/Amsterdam"}
+    status, refusal = await lots.post(f"/lots/{lot}/time-zone", time_zone="Toronto")
+    assert (status, refusal["field"]) == (422, "time_zone")
+    assert "must be a name of the time zone database, as Europe/Amsterdam or UTC" in refusal["detail"]
+    day = "from=2026-05-04&to=2026-05-04"
+    assert (await lots.get(f"/lots/{lot}/surveys?{day}"))["items"] == []
+
+
+@pytest.mark.slow
 async def test_a_later_change_is_undone_first(lots: Lots) -> None:
     first = await lots.add(survey())
     changes = [await lots.done(f"/lots/{first.lot}/name", name=name) for name in ("North", "South")]

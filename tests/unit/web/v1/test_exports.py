@@ -10,7 +10,7 @@ import aiohttp
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.exports.feed_table import FEEDS
+from hawk.exports.formats import FEEDS
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of

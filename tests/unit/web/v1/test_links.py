@@ -65,8 +65,9 @@ async def archive(tmp_path: Path, rig: Rig) -> AsyncIterator[Archive]:
 
 
 SURVEYS, FIGURES, STALLS = "statistics/surveys", "statistics?by=row", "statistics/stalls"
+ASK = "statistics/ask?weekday=mon-sun&row=A&kind=normal"
 BETWEEN, LOOKS = "statistics/between?before={before}&after={survey}", "observations?stall={stall}&order=newest"
-READS = (SURVEYS, FIGURES, STALLS, "surveys/{survey}/stalls", LOOKS, BETWEEN)
+READS = (SURVEYS, FIGURES, STALLS, ASK, "surveys/{survey}/stalls", LOOKS, BETWEEN)
 
 
 async def read_all(archive: Archive, session: aiohttp.ClientSession, place: str) -> dict[str, Any]:
@@ -85,6 +86,8 @@ async def test_a_viewer_reads_the_lot_over_its_surveys(archive: Archive) -> None
     found = await read_all(archive, session, f"/api/v1/lots/{archive.lot}")
     assert [each["taken"] for each in found[SURVEYS]["surveys"]] == [2, 0]
     assert found[FIGURES]["whole"]["capacity"] == 20
+    assert found[ASK]["occupancy"] == found[FIGURES]["whole"]["occupancy"]
+    assert (found[ASK]["asked"]["rows"], found[ASK]["clock"]) == (["A"], "Europe/Amsterdam")
     between = found[BETWEEN]
     assert [(each["label"], each["taken"]) for each in between["stalls"]] == [("A 1", True), ("A 2", True)]
     assert (between["came"]["value"], between["left"]["value"], between["compared"]) == (2, 0, 20)
@@ -96,6 +99,9 @@ async def test_a_question_that_cannot_be_used_names_its_field(archive: Archive) 
     session, place = await archive.stand.tool(Role.VIEWER), f"/api/v1/lots/{archive.lot}"
     for path, status, field in (
         ("statistics?by=colour", 422, "by"), ("statistics/surveys?from=yesterday", 422, "from"),
+        ("statistics/ask?weekday=workday", 422, "weekday"), ("statistics/ask?hour=7-25", 422, "hour"),
+        ("statistics/ask?row=A&row=Z", 422, "row"), ("statistics/ask?zone=North", 422, "zone"),
+        ("statistics/ask?kind=taxi", 422, "kind"), ("statistics/ask?hour=7&hour=8", 422, "hour"),
         ("statistics/stalls?time_zone=Nowhere", 422, "time_zone"), ("statistics/between?before=x", 422, "before"),
         (f"statistics/between?before={NOWHERE}&after={NOWHERE}", 422, "before"),
         (f"observations?stall={NOWHERE}", 404, "stall"), (f"surveys/{NOWHERE}/stalls", 404, "survey"),

@@ -1,0 +1,87 @@
+"""Time zone of a lot: the one that a person chose, else that of its place.
+
+The map of time zones is read by a process of its own: it takes 35 MB, and holds the interpreter for tenths of a second.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import subprocess
+import sys
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Any, Final
+from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
+
+from sqlalchemy import Connection, RowMapping, select
+
+from hawk.lots.schema import LOT
+from hawk.lots.values import UTC_NAME, LotInputError, NotFoundError
+
+_LOG = logging.getLogger(__name__)
+_FORM: Final = "must be a name of the time zone database, as Europe/Amsterdam or UTC"
+_LONGEST_S: Final = 30.0
+_UTC_NAMES: Final = ("Etc/UCT", "Etc/UTC", "Etc/Universal", "Etc/Zulu", "UCT", "Universal", "Zulu")
+_READER: Final = (
+    "import json, sys, tzfpy; "
+    "json.dump([tzfpy.get_tz(east, north) for north, east in json.load(sys.stdin)], sys.stdout)"
+)
+_Place = tuple[float, float]
+
+
+def time_zone_of(connection: Connection, row: Mapping[str, Any] | RowMapping) -> str:
+    """Return the name of the time zone of a lot, a row of `LOT`."""
+    if row["time_zone"] is not None:
+        return str(row["time_zone"])
+    place = (float(row["latitude"]), float(row["longitude"]))
+    others = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.time_zone.is_(None)))
+    places = frozenset({place, *((float(north), float(east)) for north, east in others)})
+    return _of_places(places).get(place, UTC_NAME)
+
+
+def zone_of_lot(connection: Connection, lot: str) -> str:
+    """Return the name of the time zone of a lot by its id. Raises NotFoundError."""
+    row = connection.execute(select(LOT).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))).mappings().first()
+    if row is None:
+        raise NotFoundError("lot: there is no lot with this id; reload the list")
+    return time_zone_of(connection, row)
+
+
+def clock_of(name: str) -> ZoneInfo:
+    """Return the clock of a time zone by its name. Raises LotInputError."""
+    try:
+        return ZoneInfo(name)
+    except (ZoneInfoNotFoundError, ValueError, OSError):
+        raise LotInputError("time_zone", f"{_FORM}, not {name!r}") from None
+
+
+def shown_zone(name: str) -> str:
+    """Return the name of a time zone as it is shown: UTC has several in the database, browsers and computers differ."""
+    return UTC_NAME if name in _UTC_NAMES else name
+
+
+def checked_zone(name: object) -> str | None:
+    """Return the name of a time zone that a person chose, None for that of the place. Raises LotInputError."""
+    if name is None:
+        return None
+    if not isinstance(name, str) or name not in available_timezones() - {"Factory", "localtime"}:
+        raise LotInputError("time_zone", f"{_FORM}, not {name!r}; null: that of the lot's place")
+    return shown_zone(name)
+
+
+@lru_cache(maxsize=4)
+def _of_places(places: frozenset[_Place]) -> Mapping[_Place, str]:
+    """Return the time zones of places, latitude and longitude, degrees; without those that Python does not know."""
+    asked = sorted(places)
+    try:
+        done = subprocess.run(
+            [sys.executable, "-P", "-c", _READER], input=json.dumps(asked), capture_output=True, text=True,
+            timeout=_LONGEST_S, check=True,
+        )  # fmt: skip
+        found = dict(zip(asked, json.loads(done.stdout), strict=True))
+    except (OSError, ValueError, subprocess.SubprocessError) as error:
+        _LOG.warning("the time zones of lots are not known by their places, times are UTC: %s", error)
+        return {}
+    known = available_timezones()
+    return {place: shown_zone(name) for place, name in found.items() if name in known}
