@@ -24,7 +24,7 @@ _FORM: Final = "must be a name of the time zone database, as Europe/Amsterdam or
 _LONGEST_S: Final = 30.0
 _UTC_NAMES: Final = ("Etc/UCT", "Etc/UTC", "Etc/Universal", "Etc/Zulu", "UCT", "Universal", "Zulu")
 _READER: Final = (
-    "import json, sys, tzfpy; "
+    "import json, os, sys, tzfpy; os.nice(19); "
     "json.dump([tzfpy.get_tz(east, north) for north, east in json.load(sys.stdin)], sys.stdout)"
 )
 _Place = tuple[float, float]
@@ -50,10 +50,17 @@ def zone_of_lot(connection: Connection, lot: str) -> str:
 
 def clock_of(name: str) -> ZoneInfo:
     """Return the clock of a time zone by its name. Raises LotInputError."""
+    found = _clock(name)
+    if found is None:
+        raise LotInputError("time_zone", f"{_FORM}, not {name!r}")
+    return found
+
+
+def _clock(name: str) -> ZoneInfo | None:
     try:
         return ZoneInfo(name)
     except (ZoneInfoNotFoundError, ValueError, OSError):
-        raise LotInputError("time_zone", f"{_FORM}, not {name!r}") from None
+        return None
 
 
 def shown_zone(name: str) -> str:
@@ -83,5 +90,4 @@ def _of_places(places: frozenset[_Place]) -> Mapping[_Place, str]:
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         _LOG.warning("the time zones of lots are not known by their places, times are UTC: %s", error)
         return {}
-    known = available_timezones()
-    return {place: shown_zone(name) for place, name in found.items() if name in known}
+    return {place: shown_zone(name) for place, name in found.items() if _clock(name) is not None}

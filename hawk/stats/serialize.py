@@ -102,11 +102,11 @@ def _left_out(surveys: Iterable[LeftOut]) -> Iterable[str]:
 def asked_text(found: AskedUse) -> str:
     """Return an answer as a sentence and a table for a terminal."""
     part, asked = _part(found.asked), found.asked
-    when = f"on {_weekdays(asked.weekdays)}, {_hours(asked.hours)}"
-    lines = [f"{found.name}, {part}, {when}: nobody flew then, or every survey was left out"]
+    when = f"on {_weekdays(asked.weekdays)}, {_hours(asked.hours) if len(asked.hours) < 24 else 'at any hour'}"
+    lines = [f"{found.name}, {part}: nobody flew {when}, or every survey was left out"]
     if found.fullest is not None and found.emptiest is not None:
         lines[0] = (
-            f"{found.name}, {part}, {when}: {share(found.occupancy)} taken, "
+            f"{found.name}, {part}: {when}, {share(found.occupancy)} is taken, "
             f"{amount(found.accumulation)} of {_counted(found.stalls, 'stall')}"
         )
         lines += [
@@ -145,7 +145,7 @@ def _part(asked: Asked) -> str:
 
 def _weekdays(days: Sequence[Weekday]) -> str:
     if len(days) == len(WEEKDAYS):
-        return "all days"
+        return "any day"
     runs = _runs([WEEKDAYS.index(day) for day in days])
     return ", ".join(
         WEEKDAYS[first] if first == last else f"{WEEKDAYS[first]} to {WEEKDAYS[last]}" for first, last in runs

@@ -35,11 +35,13 @@ def lot_of(store: Database) -> str:
     return lot
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), PLACES.items())
 def test_a_lot_has_the_time_zone_of_its_place(store: Database, name: str, place: tuple[float, float]) -> None:
     assert time_zone._of_places(frozenset(PLACES.values()))[place] == name
 
 
+@pytest.mark.slow
 def test_a_person_corrects_it_and_an_undo_brings_that_of_the_place_back(store: Database) -> None:
     lot = lot_of(store)
     with store.writing() as connection:

@@ -8,7 +8,7 @@ from zoneinfo import ZoneInfo
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.lots.values import LotInputError, moment
@@ -58,7 +58,7 @@ def is_member(asked: Asked, stall: tuple[str, str, tuple[str, ...]], rows: tuple
     )
 
 
-@settings(max_examples=150, deadline=None)
+@pytest.mark.slow
 @given(states=LOOKS, asked=PARTS, data=st.data())
 def test_every_figure_is_the_mean_of_surveys_that_a_plain_count_gives(
     states: list[list[int]], asked: Asked, data: st.DataObject
@@ -110,7 +110,7 @@ def test_every_figure_is_the_mean_of_surveys_that_a_plain_count_gives(
         assert other.occupancy.value == (pytest.approx(fmean(there), abs=0.01) if there else None)
 
 
-@settings(max_examples=60, deadline=None)
+@pytest.mark.slow
 @given(states=LOOKS, data=st.data())
 def test_all_of_a_lot_and_a_row_have_the_figures_that_statistics_give(
     states: list[list[int]], data: st.DataObject

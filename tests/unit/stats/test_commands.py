@@ -93,8 +93,8 @@ def test_a_question_is_answered_by_a_sentence_and_a_table(run: Run) -> None:
     days = [(each["weekday"], f"{hour}:00") for each in found["cells"] if each["days"]]
     status, out, _ = run("Lot 1", "--row", "A", "--weekday", "mon-fri,sat-sun", "--hour", f"0-1,{hour}")
     assert status == 0
-    assert out.startswith(f"Lot 1, row A, on all days, 0:00 to 1:00, {hour}:00 to {hour + 1}:00: ")
-    assert "taken, " in out.splitlines()[0]
+    assert out.startswith(f"Lot 1, row A: on any day, 0:00 to 1:00, {hour}:00 to {hour + 1}:00, ")
+    assert "is taken, " in out.splitlines()[0]
     assert out.splitlines()[0].endswith(" of 20 stalls")
     assert "times by UTC; 90% intervals" in out
     assert "  nobody flew 0:00 to 1:00\n" in out
@@ -108,7 +108,7 @@ def test_a_question_is_answered_by_a_sentence_and_a_table(run: Run) -> None:
 def test_an_hour_that_nobody_flew_says_so(run: Run) -> None:
     status, out, _ = run("Lot 1", "--from", "2031-01-01", "--kind", "normal")
     assert (status, out) == (
-        0, "Lot 1, kind normal, on all days, 0:00 to 24:00: nobody flew then, or every survey was left out\n",
+        0, "Lot 1, kind normal: nobody flew on any day, at any hour, or every survey was left out\n",
     )  # fmt: skip
 
 
