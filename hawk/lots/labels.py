@@ -21,7 +21,7 @@ _NUMBERED: Final = re.compile(r"(.*?)([ .-]*)([0-9]{1,9})")
 
 
 @dataclass(frozen=True, slots=True)
-class NumberedLabel:
+class LabelParts:
     """A label with a number behind the name of its row, as "B 12", "P2-014" or "7"."""
 
     row: str
@@ -43,10 +43,10 @@ class NumberedLabel:
         return f"{row}{self.separator if self.row else _SEPARATOR}{self.digits}"
 
 
-def numbered(label: str) -> NumberedLabel | None:
+def numbered(label: str) -> LabelParts | None:
     """Return a label by its parts; None for one without a number at its end."""
     found = _NUMBERED.fullmatch(label)
-    return None if found is None else NumberedLabel(*found.groups())
+    return None if found is None else LabelParts(*found.groups())
 
 
 def reading_order(label: str) -> tuple[str, int, str]:

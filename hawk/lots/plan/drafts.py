@@ -1,7 +1,7 @@
 """Operations on a plan as pure functions: the stalls that are meant -> the draft of a change.
 
 A draft may still overlap other stalls, stand where none may be, or use another stall's label: `hawk.lots.plan.checks`
-and `hawk.lots.plan.labelling`.
+and `hawk.lots.plan.label_claims`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.lots.labels import NumberedLabel, numbered, parts_of, reading_order
+from hawk.lots.labels import LabelParts, numbered, parts_of, reading_order
 from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import (
     LENGTHS_M,
@@ -195,7 +195,7 @@ def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[Sequenc
     return ordered, [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
 
 
-def _numbers(stall: LayoutStall, field: str) -> NumberedLabel:
+def _numbers(stall: LayoutStall, field: str) -> LabelParts:
     parts = numbered(stall.label)
     if parts is None:
         raise LotInputError(field, f"finds no number in {stall.label}: give that stall a label by renumber first")

@@ -14,7 +14,7 @@ from sqlalchemy import Connection, RowMapping, Select, bindparam, delete, func, 
 
 from hawk.lots import change_log
 from hawk.lots.change_log import Group, State
-from hawk.lots.plan import checks, drafts, labelling, queries, serialize, steps, versions
+from hawk.lots.plan import checks, drafts, label_claims, queries, serialize, steps, versions
 from hawk.lots.plan.answers import Closed, Edited, Opened, StepCounts, Stepped
 from hawk.lots.plan.operations import operation_of
 from hawk.lots.plan.values import Draft, PlanZone
@@ -101,14 +101,14 @@ def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: flo
 
 def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[PlanZone]) -> Draft:
     """Return a draft that fits the plan, with a label for each stall. Raises LotInputError for one that does not."""
-    found = labelling.with_labels_free(connection, lot, draft)
+    found = label_claims.with_labels_free(connection, lot, draft)
     near = queries.around(
         connection, lot, (*found.placed, *found.nameless), found.touched, with_rows=bool(found.nameless)
     )
     checks.check_places(found, near, zones)
     if not found.nameless:
         return found
-    return labelling.labelled(found, near, queries.labels_beside(connection, lot, found.touched))
+    return label_claims.labelled(found, near, queries.labels_beside(connection, lot, found.touched))
 
 
 def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Stepped:

@@ -163,7 +163,7 @@ class Confirm(Selecting):
     do: Literal["confirm"]
 
 
-class Ordered(Selecting):
+class LabelChange(Selecting):
     """An operation on the labels of stalls. Labels that hawk gave, and no person confirmed, yield to them."""
 
     @model_validator(mode="after")
@@ -173,7 +173,7 @@ class Ordered(Selecting):
         return self
 
 
-class Renumber(Ordered):
+class Renumber(LabelChange):
     """Gives stalls other labels, in the order of ``stalls``, else in that of their numbers.
 
     They are those of the row ``letter`` with numbers from ``first`` on, or the owner's own ``labels``.
@@ -193,20 +193,20 @@ class Renumber(Ordered):
         return self
 
 
-class Rename(Ordered):
+class Rename(LabelChange):
     """Gives a row the name ``to``; its numbers stay."""
 
     do: Literal["rename"]
     to: RowName
 
 
-class Reverse(Ordered):
+class Reverse(LabelChange):
     """Numbers a row from its other end; its labels stay the same ones."""
 
     do: Literal["reverse"]
 
 
-class Shift(Ordered):
+class Shift(LabelChange):
     """Adds ``by`` to the numbers of stalls."""
 
     do: Literal["shift"]

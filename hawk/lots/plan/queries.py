@@ -79,7 +79,7 @@ _TOUCHING: Final = _IN_BOX.where(
 """Stalls whose box touches a box, which the index by place finds within `_LARGEST_M`."""
 _ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline).where(in_plan(ZONE.c, _LOT), ZONE.c.kind == NO_STALLS)
 _LABELLED: Final = _asked(_PRESENT, is_among(STALL.c.label))
-_LABELS: Final = select(STALL.c.key, STALL.c.label).where(_PRESENT)
+_LABELS: Final = select(STALL.c.label).where(_PRESENT, ~is_among(STALL.c.key))
 _MEDIANS: Final = {
     name: select(STALL.c[name])
     .where(_PRESENT)
@@ -198,7 +198,7 @@ def of_row(connection: Connection, lot: str, row: str) -> list[LayoutStall]:
 
 def labels_beside(connection: Connection, lot: str, without: Collection[int]) -> set[str]:
     """Return the labels of the stalls of a plan, without those of some keys."""
-    return {str(row.label) for row in connection.execute(_LABELS, {"lot": lot}) if row.key not in without}
+    return set(connection.execute(_LABELS, {"lot": lot, "among": json.dumps([*without])}).scalars())
 
 
 def _stalls(connection: Connection, asked: Select[Any], **values: object) -> list[LayoutStall]:
