@@ -26,7 +26,7 @@ from benchmarks.options import make_parser
 from hawk.lots.plan import edits
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall
-from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.schema import LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
 from hawk.results.row_labels import letters
 
@@ -52,7 +52,6 @@ def drawn_lot(path: Path, count: int) -> tuple[Database, str]:
         connection.execute(insert(LOT).values(id=lot, name="Lot 1", **place, made=0.0))
         connection.execute(insert(LAYOUT).values(lot=lot, version=1, valid_from=0.0, why="drawn", who="benchmark"))
         connection.execute(insert(STALL), rows)
-        connection.execute(insert(LABEL), [{"lot": lot, "label": row["label"], "stall": row["id"]} for row in rows])
     return store, lot
 
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from itertools import groupby
 from typing import Any, Final
+from urllib.parse import quote
 
 import shapely
 from pydantic_core import to_json
@@ -88,7 +89,7 @@ def ngsi_entities(survey: ExportRecord) -> list[dict[str, Any]]:
     """
     site = f"urn:ngsi-ld:OffStreetParking:{survey.lot_id}"
     rows = _rows(survey)
-    groups = {name: f"urn:ngsi-ld:ParkingGroup:{survey.lot_id}:{name}" for name in rows}
+    groups = {name: f"urn:ngsi-ld:ParkingGroup:{survey.lot_id}:{quote(name, safe='')}" for name in rows}
     row_of = {stall.id: name for name, stalls in rows.items() for stall in stalls}
     spots = [_ngsi_spot(stall, site, groups.get(row_of.get(stall.id, ""))) for stall in survey.stalls]
     return [
@@ -99,7 +100,7 @@ def ngsi_entities(survey: ExportRecord) -> list[dict[str, Any]]:
 
 
 def _rows(survey: ExportRecord) -> dict[str, list[Observation]]:
-    """Return the stalls by the letters of their rows; those with an owner's own label are in none."""
+    """Return the stalls by the names of their rows; those whose label has no row are in none."""
     lettered = [(parts[0], stall) for stall in survey.stalls if (parts := parts_of(stall.label)) is not None]
     ordered = sorted(lettered, key=lambda each: (len(each[0]), each[0]))
     return {name: [stall for _, stall in each] for name, each in groupby(ordered, key=lambda each: each[0])}

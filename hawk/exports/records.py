@@ -110,6 +110,10 @@ class _Lot:
     time_zone: str
 
 
+_THEN: Final = ("label", "is_named")
+"""Columns that a survey's layout says; place and kind are as they are known now."""
+
+
 @dataclass(slots=True)
 class _Layouts:
     """Lots, and the stalls of their layouts on Earth, each read once."""
@@ -133,7 +137,7 @@ class _Layouts:
         """Return the stalls of a version of a lot's layout."""
         key = lot, version
         if key not in self.stalls:
-            stalls = stalls_in(self.connection, lot, version)
+            stalls = stalls_in(self.connection, lot, version, _THEN)
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 
@@ -161,7 +165,7 @@ def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation
 
 
 def _alone(stall: Detection) -> LayoutStall:
-    return LayoutStall(str(stall.id), "", stall.north, stall.east, stall.angle, stall.width, stall.length, "", False)
+    return LayoutStall(str(stall.id), "", *stall.shape, "", is_confirmed=False, is_named=False)
 
 
 class _Look(NamedTuple):

@@ -199,13 +199,18 @@ class Observation(Shown):
 
 
 class Change(Shown):
-    """A change that a person made; `undone`: when it was undone."""
+    """A change that a person made in a `lot`; `surveys`: those that it moved, placed or deleted. `undone`: when it was
+    undone. `kept`: why it cannot be undone now; null for one that can.
+    """
 
     seq: int
     kind: str
+    lot: Id
+    surveys: list[Id]
     who: str
     made: Utc
     undone: Utc | None
+    kept: str | None
 
 
 class Done(Shown):

@@ -1,7 +1,7 @@
 """The log of what persons change in the store: each change with the columns that it set, as they were and as they are.
 
 A change is undone once, as long as nobody changed these columns since. Steps of the edit of a plan are changes, too:
-they are undone and done again while the edit is open, and its end makes one change of them. Labels stay given.
+they are undone and done again while the edit is open, and its end makes one change of them.
 """
 
 from __future__ import annotations
@@ -213,24 +213,43 @@ def undo(connection: Connection, seq: int, now: float) -> str:
     found = connection.execute(named).first()
     if found is None:
         raise NotFoundError(f"change: there is none with the number {seq}")
-    if found.state != State.DONE:
-        raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
-    every = (*read(connection, seq), *_steps_of(connection, seq))
-    groups = tuple(group for group in every if group.table != LABEL.name)
-    begun = [key for group in groups if group.table == LAYOUT.name and group.before is None for key in group.keys]
-    _check_unchanged(connection, seq, groups, begun)
+    groups = _to_undo(connection, seq, found.state)
+    begun = _begun(groups)
     plans = _plans_of(connection, groups)
     try:
         for lot, version in begun:
             connection.execute(delete(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends == version))
         apply(connection, [group.back() for group in reversed(groups)])
     except IntegrityError as error:
-        words = "surveys or stalls were stored since in the lot that it made; move them to another lot first"
-        raise LotStoreError(f"change: {seq} cannot be undone: {words}") from error
+        raise LotStoreError(f"change: {seq} cannot be undone: {_STORED_SINCE}") from error
     for lot in plans | _plans_of(connection, groups):
         read_again(connection, lot)
     connection.execute(update(CHANGE).where(CHANGE.c.seq == seq).values(state=State.UNDONE.value, undone=now))
     return str(found.kind)
+
+
+def why_kept(connection: Connection, seq: int, state: str) -> str:
+    """Return why a change cannot be undone now; "" for one that can. ``state``: of the change."""
+    try:
+        _to_undo(connection, seq, state)
+    except LotStoreError as refusal:
+        return str(refusal)
+    return ""
+
+
+def _to_undo(connection: Connection, seq: int, state: str) -> tuple[Group, ...]:
+    """Return what the undo of a change takes back. Raises LotStoreError."""
+    if state != State.DONE:
+        raise LotStoreError(f"change: {seq} was undone already; make the change again to have it back")
+    every = (*read(connection, seq), *_steps_of(connection, seq))
+    groups = tuple(group for group in every if group.table != LABEL.name)  # of a version that kept them apart
+    _check_unchanged(connection, seq, groups, _begun(groups))
+    return groups
+
+
+def _begun(groups: Sequence[Group]) -> list[Key]:
+    """Return the versions of layouts that groups begin."""
+    return [key for group in groups if group.table == LAYOUT.name and group.before is None for key in group.keys]
 
 
 def _steps_of(connection: Connection, seq: int) -> tuple[Group, ...]:
@@ -244,6 +263,9 @@ def read(connection: Connection, seq: int) -> tuple[Group, ...]:
     """Return what a change of the log changed. Raises LotStoreError for one that is damaged on the disk."""
     check_whole(connection, CHANGE.name, seq, "change")
     return unpacked(connection.execute(select(CHANGE.c.body).where(CHANGE.c.seq == seq)).scalar_one())
+
+
+_STORED_SINCE: Final = "surveys or stalls were stored since in the lot that it made; move them to another lot first"
 
 
 def _check_unchanged(connection: Connection, seq: int, groups: Sequence[Group], begun: Sequence[Key]) -> None:
@@ -261,6 +283,10 @@ def _check_unchanged(connection: Connection, seq: int, groups: Sequence[Group], 
         if {*connection.execute(asked).scalars()} - own:
             words = "surveys were registered since with the layout it made"
             raise LotStoreError(f"change: {seq} cannot be undone: {words}")
+    made = [key for group in groups if group.table == LOT.name and group.before is None for (key,) in group.keys]
+    stored = select(SURVEY.c.seq).where(SURVEY.c.lot.in_(made))
+    if made and {*connection.execute(stored).scalars()} - own:
+        raise LotStoreError(f"change: {seq} cannot be undone: {_STORED_SINCE}")
 
 
 def _stand(connection: Connection, groups: Sequence[Group]) -> bool:

@@ -16,7 +16,7 @@ from hawk.lots import change_log, operations, pins
 from hawk.lots.answers import Done, Pinned
 from hawk.lots.change_detection import takeover
 from hawk.lots.change_log import Change
-from hawk.lots.ingest import registered_place, used_labels
+from hawk.lots.ingest import registered_place
 from hawk.lots.operations import Estate
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.versions import check_not_edited, newest_layout
@@ -191,5 +191,4 @@ def _whole(connection: Connection, lot_id: str, field: str = "lot") -> Estate:
         stalls=tuple(read(connection, STALL, lot=lot_id)),
         zones=tuple(read(connection, ZONE, lot=lot_id)),
         surveys=tuple(read(connection, SURVEY, lot=lot_id)),
-        used=used_labels(connection, lot_id),
     )

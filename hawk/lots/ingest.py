@@ -20,7 +20,7 @@ from hawk.lots.plan.versions import newest_layout, read_again
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.lot_match import Answer, Parcel, which_lot
 from hawk.lots.registration.survey_place import Doubt, Findings, placed_by, registered
-from hawk.lots.schema import LABEL, LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey.moments import has_been
 from hawk.lots.survey.observations import keep_looks
@@ -225,7 +225,8 @@ def _follow(
         if former is not None and not former["is_confirmed"]:
             connection.execute(update(STALL).where(STALL.c.key == former["key"]).values(ends=None, **shape(stall)))
     kept = {number: str(row["label"]) for number, row in known.items()}
-    labels = lasting_labels({stall.id: stall.on_map() for stall in stalls}, kept, used_labels(connection, lot))
+    present = connection.execute(select(STALL.c.label).where(STALL.c.lot == lot, STALL.c.ends.is_(None))).scalars()
+    labels = lasting_labels({stall.id: stall.on_map() for stall in stalls}, kept, set(present))
     new = [stall for stall in stalls if stall.id not in known]
     if not new:
         return
@@ -235,12 +236,6 @@ def _follow(
         for stall in new
     ]
     connection.execute(insert(STALL), rows)
-    connection.execute(insert(LABEL), [{"lot": lot, "label": row["label"], "stall": row["id"]} for row in rows])
-
-
-def used_labels(connection: Connection, lot: str) -> set[str]:
-    """Return every label that a lot ever gave."""
-    return set(connection.execute(select(LABEL.c.label).where(LABEL.c.lot == lot)).scalars())
 
 
 def shape(stall: Detection) -> dict[str, float]:

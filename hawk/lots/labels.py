@@ -1,18 +1,58 @@
-"""Labels that last: a stall that has one keeps it; a new stall gets one that its lot never gave.
+"""Labels are words on the ground: a stall's id lasts, its label is what is painted, or our guess of it.
 
-A new stall in a known row gets the next number of that row, in the order of the row. A new row gets the next letter.
+A label is one stall's among those of the present layout, and free where none has it. A new stall of a known row gets
+the number that its neighbours leave, else the next one of that row; a new row gets the first letter that no row has.
 """
 
 from __future__ import annotations
 
+import re
 from collections import Counter, defaultdict
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from typing import Final
 
 from hawk.model.lot_map import Stall
 from hawk.results.row_labels import letters, row_labels
 
 _SEPARATOR: Final = " "
+_NUMBERED: Final = re.compile(r"(.*?)([ .-]*)([0-9]{1,9})")
+
+
+@dataclass(frozen=True, slots=True)
+class LabelParts:
+    """A label with a number behind the name of its row, as "B 12", "P2-014" or "7"."""
+
+    row: str
+    separator: str
+    digits: str
+
+    @property
+    def number(self) -> int:
+        """The number."""
+        return int(self.digits)
+
+    def with_number(self, number: int) -> str:
+        """Return the label with another number, of as many digits where it has zeros in front."""
+        width = len(self.digits) if self.digits.startswith("0") else 1
+        return f"{self.row}{self.separator}{number:0{width}}"
+
+    def in_row(self, row: str) -> str:
+        """Return the label of this number in another row."""
+        return f"{row}{self.separator if self.row else _SEPARATOR}{self.digits}"
+
+
+def numbered(label: str) -> LabelParts | None:
+    """Return a label by its parts; None for one without a number at its end."""
+    found = _NUMBERED.fullmatch(label)
+    return None if found is None else LabelParts(*found.groups())
+
+
+def reading_order(label: str) -> tuple[str, int, str]:
+    """Return by what labels are in order: row, number, text."""
+    parts = numbered(label)
+    return (label, 0, label) if parts is None else (parts.row, parts.number, label)
 
 
 def lasting_labels(stalls: Mapping[int, Stall], kept: Mapping[int, str], used: Collection[str]) -> dict[int, str]:
@@ -21,22 +61,59 @@ def lasting_labels(stalls: Mapping[int, Stall], kept: Mapping[int, str], used: C
     Args:
         stalls: The stalls of the lot as they are now, by id; suggested ones get none.
         kept: Labels of stalls that have one, by id.
-        used: Every label that the lot ever gave.
+        used: Labels that no stall may get besides these.
     """
     taken = {*used, *kept.values()}
     highest = _highest(taken)
     unused = (letter for letter in letters() if letter not in highest)
     labels = {key: label for key, label in kept.items() if key in stalls}
     for members in _rows(stalls).values():
-        missing = [key for key in members if key not in labels]
-        if not missing:
+        if all(key in labels for key in members):
             continue
-        known = Counter(parts[0] for key in members if key in labels and (parts := parts_of(labels[key])) is not None)
+        parts = [parts_of(labels.get(key, "")) for key in members]
+        known = Counter(each[0] for each in parts if each is not None)
         letter = known.most_common(1)[0][0] if known else next(unused)
-        for number, key in enumerate(missing, highest.get(letter, 0) + 1):
-            labels[key] = f"{letter}{_SEPARATOR}{number}"
-        highest[letter] = highest.get(letter, 0) + len(missing)
+        numbers = [each[1] if each is not None and each[0] == letter else None for each in parts]
+        for key, number in zip(members, _filled(numbers, letter, taken, highest.get(letter, 0)), strict=True):
+            labels.setdefault(key, f"{letter}{_SEPARATOR}{number}")
+        highest |= _highest([*(labels[key] for key in members), f"{letter}{_SEPARATOR}{highest.get(letter, 0)}"])
     return labels
+
+
+def _filled(numbers: Sequence[int | None], letter: str, taken: set[str], highest: int) -> Iterator[int]:
+    """Yield the numbers of a row in its order, with those that neighbours leave, else the next ones, for None.
+
+    ``taken`` gets the labels of these.
+    """
+    place = 0
+    for is_missing, run in groupby(numbers, key=lambda number: number is None):
+        members = list(run)
+        if not is_missing:
+            yield from (number or 0 for number in members)
+        else:
+            left = [number for number in numbers[:place] if number is not None][-2:]
+            right = [number for number in numbers[place + len(members) :] if number is not None][:2]
+            found = _between(left, right, len(members))
+            if any(number < 1 or f"{letter}{_SEPARATOR}{number}" in taken for number in found) or not found:
+                found = list(range(highest + 1, highest + 1 + len(members)))
+            highest = max(highest, *found)
+            taken.update(f"{letter}{_SEPARATOR}{number}" for number in found)
+            yield from found
+        place += len(members)
+
+
+def _between(left: Sequence[int], right: Sequence[int], count: int) -> list[int]:
+    """Return the numbers that go on from known neighbours, up to two on each side; none where there is no room."""
+    if left and right:
+        step = 1 if right[0] > left[-1] else -1
+        return [left[-1] + step * n for n in range(1, count + 1)] if abs(right[0] - left[-1]) > count else []
+    if left:
+        step = -1 if len(left) > 1 and left[0] > left[1] else 1
+        return [left[-1] + step * n for n in range(1, count + 1)]
+    if right:
+        step = -1 if len(right) > 1 and right[0] > right[1] else 1
+        return [right[0] - step * n for n in range(count, 0, -1)]
+    return []
 
 
 def _rows(stalls: Mapping[int, Stall]) -> Mapping[str, list[int]]:
@@ -49,7 +126,7 @@ def _rows(stalls: Mapping[int, Stall]) -> Mapping[str, list[int]]:
 
 
 def _highest(labels: Collection[str]) -> dict[str, int]:
-    """Return the highest number that was ever given in each row."""
+    """Return the highest number in each row."""
     highest: dict[str, int] = {}
     for label in labels:
         if (parts := parts_of(label)) is not None:
@@ -58,8 +135,6 @@ def _highest(labels: Collection[str]) -> dict[str, int]:
 
 
 def parts_of(label: str) -> tuple[str, int] | None:
-    """Return the row's letters and the number of a label of ours; None for an owner's own one."""
-    letter, _, number = label.partition(_SEPARATOR)
-    if letter.isascii() and letter.isalpha() and letter.isupper() and number.isascii() and number.isdecimal():
-        return letter, int(number)
-    return None
+    """Return the row's name and the number of a label such as "B 12"; None for another form."""
+    row, _, number = label.rpartition(_SEPARATOR)
+    return (row, int(number)) if row and number.isascii() and number.isdecimal() else None

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, Row, Select, and_, select, true, tuple_
+from sqlalchemy import ColumnElement, Connection, Row, Select, and_, func, select, true, tuple_
 
 from hawk.lots.answers import (
     ChangeList,
@@ -34,7 +34,7 @@ from hawk.lots.answers import (
 )
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
-from hawk.lots.plan.queries import in_plan
+from hawk.lots.plan.queries import in_plan, is_of_row
 from hawk.lots.plan.serialize import layout_of
 from hawk.lots.plan.values import LASTING, NO_STALLS
 from hawk.lots.queries import (
@@ -156,12 +156,25 @@ _LOOK: Final = (
 )  # fmt: skip
 
 
-def changes(connection: Connection, asked: Asked) -> ChangeList:
-    """Return the changes that persons made, the newest first. Raises LotInputError for the place."""
-    rows = select(*CHANGE_SHOWN)
-    is_asked = (CHANGE.c.edit.is_(None), *_behind(CHANGE.c.seq, replace(asked, newest_first=True)))
-    in_order = rows.where(*is_asked).order_by(CHANGE.c.seq.desc())
-    return _part(ChangeList, connection, in_order, asked, change_of, lambda row: str(row.seq))
+_LABEL_THEN: Final = func.coalesce(
+    select(FORMER.c.label)
+    .where(FORMER.c.stall == STALL.c.key, FORMER.c.lot == SURVEY.c.lot, FORMER.c.ends > SURVEY.c.layout)
+    .order_by(FORMER.c.ends)
+    .limit(1)
+    .scalar_subquery(),
+    STALL.c.label,
+).label("label")
+"""The label that a stall has in the layout of a survey."""
+
+
+def changes(connection: Connection, asked: Asked, lot_id: str | None = None) -> ChangeList:
+    """Return the changes that persons made, the newest first; None: those of every lot. Raises LotInputError."""
+    is_of = true() if lot_id is None else CHANGE.c.lot == lot_id
+    is_asked = (CHANGE.c.edit.is_(None), is_of, *_behind(CHANGE.c.seq, replace(asked, newest_first=True)))
+    in_order = select(*CHANGE_SHOWN).where(*is_asked).order_by(CHANGE.c.seq.desc())
+    return _part(
+        ChangeList, connection, in_order, asked, lambda row: change_of(connection, row), lambda row: str(row.seq)
+    )  # fmt: skip
 
 
 def stalls(
@@ -174,7 +187,7 @@ def stalls(
         connection: The store.
         lot_id: The lot.
         asked: Which part.
-        row: Letter of a row.
+        row: Name of a row.
         kind: Kind of the stalls, "" for normal ones.
         state: State at the last look.
 
@@ -185,7 +198,7 @@ def stalls(
     lot_row(connection, lot_id)
     conditions = [in_plan(STALL.c, lot_id), *_behind(STALL.c.key, asked)]
     if row is not None:
-        conditions.append(STALL.c.label.startswith(f"{row} ", autoescape=True))
+        conditions.append(is_of_row(STALL.c.label, row))
     if kind is not None:
         conditions.append(STALL.c.kind == kind)
     if state is not None:
@@ -289,7 +302,7 @@ def observations(
     joined = SURVEY.join(OBSERVATION, OBSERVATION.c.survey == SURVEY.c.seq).join(
         STALL, STALL.c.key == OBSERVATION.c.stall
     )
-    columns = (SURVEY.c.seq, SURVEY.c.id.label("by"), STALL.c.key, STALL.c.id, STALL.c.label, *_LOOK)
+    columns = (SURVEY.c.seq, SURVEY.c.id.label("by"), STALL.c.key, STALL.c.id, _LABEL_THEN, *_LOOK)
     survey_order = SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq
     rows = select(*columns).select_from(joined).where(*conditions).order_by(survey_order, OBSERVATION.c.stall)
 

@@ -1,7 +1,7 @@
 """Merge and split of lots, and the move of a survey: the rows that each changes, from the rows as they are.
 
-Ids and labels last: a stall that comes into another lot keeps its id, and its label unless that lot ever gave it. Where
-two lots are the same ground, no stall is taken for another by guess: the layout of the lot that stays is kept, and the
+A stall that comes into another lot keeps its id, and its label unless a stall of that lot has it. Where two
+lots are the same ground, no stall is taken for another by guess: the layout of the lot that stays is kept, and the
 surveys of the other one become unregistered surveys of it.
 """
 
@@ -34,7 +34,7 @@ _NONE: Final = json.dumps([])
 class Estate:
     """A lot with all that is of it.
 
-    ``datum``: origin of its frame as it is shown, latitude and longitude. ``used``: every label that it ever gave.
+    ``datum``: origin of its frame as it is shown, latitude and longitude.
     """
 
     lot: Row
@@ -43,7 +43,6 @@ class Estate:
     stalls: tuple[Row, ...] = field(repr=False)
     zones: tuple[Row, ...]
     surveys: tuple[Row, ...]
-    used: Collection[str] = field(repr=False)
 
     @property
     def id(self) -> str:
@@ -96,19 +95,19 @@ def merged(kept: Estate, other: Estate, who: str, now: float) -> Change:
 
 
 def _brought(kept: Estate, other: Estate, version: int) -> list[Row]:
-    """Return the other lot's stalls in the frame of the kept one, with labels that it never gave, and these labels."""
+    """Return the other lot's stalls in the frame of the kept one, with labels that it has not."""
     present = other.present()
     if not present:
         return []
     north, east = _offset(kept, other)
-    pairs = list(zip(present, new_labels([str(row["label"]) for row in present], kept.used), strict=True))
-    rows = [
+    labels = free_labels([str(row["label"]) for row in present], {str(row["label"]) for row in kept.present()})
+    return [
         row.setting(
-            lot=kept.id, label=label, begins=version, ends=None, north=row["north"] + north, east=row["east"] + east
+            lot=kept.id, label=label, begins=version, ends=None, north=row["north"] + north, east=row["east"] + east,
+            is_named=bool(row["is_named"]) and label == row["label"],
         )
-        for row, label in pairs
-    ]
-    return [*rows, *(label_row(kept.id, label, row["id"]) for row, label in pairs)]
+        for row, label in zip(present, labels, strict=True)
+    ]  # fmt: skip
 
 
 def _present_zones(lot: Estate) -> list[Row]:
@@ -126,8 +125,8 @@ def _zones_brought(kept: Estate, other: Estate, version: int) -> list[Row]:
     return rows
 
 
-def new_labels(labels: Sequence[str], used: Collection[str]) -> list[str]:
-    """Return labels that were never given: those that are free, and the next letter for each row that is not."""
+def free_labels(labels: Sequence[str], used: Collection[str]) -> list[str]:
+    """Return labels that no stall has: those that are free, and the next letter for each row that is not."""
     taken = {*used}
     rows = {parts[0] for label in taken if (parts := parts_of(label)) is not None}
     again: dict[str, str] = {}
@@ -180,7 +179,6 @@ def split(lot: Estate, part: Outline, name: str, made: str, who: str, now: float
         layout_row(made, 1, f"split from {lot.lot['name']}", who, now),
         layout_row(lot.id, lot.version + 1, f"{name} split off", who, now),
         *(row.setting(lot=made, begins=1, ends=None) for row in (*moved, *zones)),
-        *(label_row(made, str(row["label"]), row["id"]) for row in moved),
         lot.lot.setting(outline=outline_json(without(lot.outline, part))),
     ]
     return Change("split", lot.id, tuple(rows))
@@ -246,13 +244,12 @@ def begun(survey: Row, name: str, made: str, first_key: int, now: float) -> Chan
     rows.append(placed(unplaced(survey, made, Placed.FIRST), **home))
     keys = {stall.id: key for key, stall in enumerate(found, first_key)}
     stalls = [stall_row(keys[stall.id], made, labels[stall.id], shape(stall), first=(seq, stall.id)) for stall in found]
-    named = (label_row(made, row["label"], row["id"]) for row in stalls)
-    return Change("move", made, (*rows, *stalls, *named, *look_rows(seq, keys, found)))
+    return Change("move", made, (*rows, *stalls, *look_rows(seq, keys, found)))
 
 
 def stall_row(
     key: int, lot: str, label: str, where: Mapping[str, float], *, stall: str = "", begins: int = 1, kind: str = "",
-    is_confirmed: bool = False, first: tuple[int | None, int | None] = (None, None),
+    is_confirmed: bool = False, is_named: bool = False, first: tuple[int | None, int | None] = (None, None),
 ) -> Row:  # fmt: skip
     """Return the row of a stall that begins with a version of a lot's layout.
 
@@ -265,10 +262,11 @@ def stall_row(
         begins: The version.
         kind: Its kind.
         is_confirmed: A person has seen it where it is.
+        is_named: A person gave the label.
         first: The survey that found it, and its number there.
     """
     values = {"key": key, "id": stall or new_id(), "lot": lot, "label": label, **where, "kind": kind}
-    values |= {"is_confirmed": is_confirmed, "begins": begins, "ends": None}
+    values |= {"is_confirmed": is_confirmed, "is_named": is_named, "begins": begins, "ends": None}
     return Row("stall", (key,), {**values, "first_survey": first[0], "first_id": first[1]})
 
 
@@ -296,11 +294,6 @@ def layout_row(lot: str, version: int, why: str, who: str, now: float) -> Row:
     """Return the row of a version of a lot's layout that begins now."""
     values = {"lot": lot, "version": version, "valid_from": now, "why": why, "who": who}
     return Row("layout", (lot, version), values)
-
-
-def label_row(lot: str, label: str, stall: str) -> Row:
-    """Return the row of a label that a lot gives to a stall."""
-    return Row("label", (lot, label), {"lot": lot, "label": label, "stall": stall})
 
 
 def checked_outline(given: object) -> Outline:

@@ -11,6 +11,7 @@ import numpy as np
 from sqlalchemy import Connection, RowMapping, func, select
 from sqlalchemy import Row as SqlRow
 
+from hawk.lots import change_log
 from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.outlines import outline_of
@@ -24,7 +25,7 @@ from hawk.lots.registration.survey_place import (
     datum_of,
     move_of,
 )
-from hawk.lots.rows import Row, readable, row_of
+from hawk.lots.rows import Row, is_among, readable, row_of
 from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
@@ -33,6 +34,7 @@ from hawk.lots.survey.order import is_sure, newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.time_zone import time_zone_of
 from hawk.lots.values import (
+    LotStoreError,
     NotFoundError,
     moment,
 )
@@ -149,11 +151,27 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     return {**shown, **source_json(row)}
 
 
-CHANGE_SHOWN: Final = tuple(CHANGE.c[name] for name in ("seq", "kind", "who", "made", "undone"))
+CHANGE_SHOWN: Final = tuple(CHANGE.c[name] for name in ("seq", "kind", "lot", "who", "made", "state", "undone"))
 """Columns of a change that are shown."""
 
 
-def change_of(row: SqlRow[Any]) -> Change:
+def change_of(connection: Connection, row: SqlRow[Any]) -> Change:
     """Return a change, a row of `CHANGE_SHOWN`."""
-    undone = None if row.undone is None else moment(row.undone)
-    return Change(seq=row.seq, kind=row.kind, who=row.who, made=moment(row.made), undone=undone)
+    return Change(
+        seq=row.seq, kind=row.kind, lot=row.lot, surveys=_surveys_changed(connection, row.seq), who=row.who,
+        made=moment(row.made), undone=None if row.undone is None else moment(row.undone),
+        kept=change_log.why_kept(connection, row.seq, row.state) or None,
+    )  # fmt: skip
+
+
+def _surveys_changed(connection: Connection, seq: int) -> list[str]:
+    """Return the ids of the surveys that a change is about; none of a change that is damaged on the disk."""
+    try:
+        groups = change_log.read(connection, seq)
+    except LotStoreError:
+        return []
+    among = {"among": json.dumps(change_log.rows_touched(groups, SURVEY.name))}
+    return [str(each) for each in connection.execute(_THEIR_IDS, among).scalars()]
+
+
+_THEIR_IDS: Final = select(SURVEY.c.id).where(is_among(SURVEY.c.seq)).order_by(SURVEY.c.seq)

@@ -24,9 +24,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 2
+VERSION: Final = 3
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "ac2303e3faf94fed421102bdc41e82d7"
+SCHEMA: Final = "50b2c472d30450c1eb66f5280583bfab"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -113,11 +113,13 @@ STALL: Final = Table(
     Column("ends", Integer),
     Column("first_survey", ForeignKey("survey.seq")),
     Column("first_id", Integer),
+    Column("is_named", Boolean, nullable=False, server_default="0"),
     Index("ix_stall_place", "lot", "north"),
     sqlite_autoincrement=True,
 )
 """``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and
-``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`."""
+``first_id``: the survey that found it, and its number there. ``kind``: `hawk.lots.plan.kinds`. ``is_named``: a person
+gave or confirmed the label; else it is ours, and yields to one that a person gives."""
 FORMER: Final = Table(
     "former",
     METADATA,
@@ -128,6 +130,7 @@ FORMER: Final = Table(
     *(Column(name, Float, nullable=False) for name in ("north", "east", "angle", "width", "length")),
     Column("kind", Text, nullable=False),
     Column("is_confirmed", Boolean, nullable=False),
+    Column("is_named", Boolean, nullable=False, server_default="0"),
     Index("ix_former_stall", "stall"),
     sqlite_with_rowid=False,
 )
@@ -139,7 +142,8 @@ LABEL: Final = Table(
     Column("label", Text, primary_key=True),
     Column("stall", String(36), nullable=False),
 )
-"""Every label that a lot ever gave, and whose it was. Rows are never removed."""
+"""Empty: a label is a stall's as long as the stall has it. Earlier versions had every label that a lot ever gave here;
+the table stays, since the digests of their files have its rows in them."""
 ZONE: Final = Table(
     "zone",
     METADATA,

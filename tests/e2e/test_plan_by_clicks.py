@@ -107,6 +107,41 @@ async def done(page: Page) -> None:
     await page.wait_for_function("() => document.querySelector('hawk-app').model.plan.waiting === 0")
 
 
+async def test_rows_are_numbered_as_painted_by_mouse_and_keys(browser: Browser, fake: Any, tmp_path: Path) -> None:
+    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    store, page = Store(address), await opened(browser, address)
+    errors = watch(page)
+    await correct(page)
+    before = await store.stalls()
+    rows = {name: [label for label in before if label.startswith(f"{name} ")] for name in ("A", "B")}
+    await shows(page, "labels are our guess")
+    await page.mouse.dblclick(*await at(page, before["B 3"]))
+    await page.keyboard.press("n")
+    await page.keyboard.type("A")
+    await page.keyboard.press("Enter")
+    await done(page)
+    after = await store.stalls()
+    assert [after[f"A {label[2:]}"]["id"] for label in rows["B"]] == [before[label]["id"] for label in rows["B"]]
+    assert {after[f"B {number}"]["id"] for number in range(1, len(rows["A"]) + 1)} == {
+        before[label]["id"] for label in rows["A"]
+    }
+    await shows(page, "as painted")
+    await press(page, "Number from the other end")
+    await press(page, "Numbers [+]1")
+    await done(page)
+    last = await store.stalls()
+    numbers = [int(label[2:]) for label in rows["B"]]
+    assert [last[f"A {1 + max(numbers) + min(numbers) - number}"]["id"] for number in numbers] == [
+        before[label]["id"] for label in rows["B"]
+    ]
+    for _ in range(3):
+        await page.keyboard.press("Control+z")
+    await done(page)
+    assert await store.stalls() == before
+    assert errors == []
+    await page.context.close()
+
+
 async def test_a_plan_is_corrected_by_mouse_and_keys(
     browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
 ) -> None:

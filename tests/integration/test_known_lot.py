@@ -17,7 +17,7 @@ from sqlalchemy import insert
 from benchmarks.perception.boxes import Boxes
 from hawk.comm.protocol.commands import AutonomousExplore
 from hawk.lots.outlines import outline_json
-from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.schema import LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import StateName
@@ -50,7 +50,7 @@ DATUM = GlobalPose(43.2609, -79.9192, 0.0)
 
 def store_plan(path: Path, truth: Mapping[str, Any]) -> int:
     """Store the world's stalls as a lot that a person has confirmed; return their number."""
-    lot, rows, labels = str(uuid.uuid4()), [], []
+    lot, rows = str(uuid.uuid4()), list[dict[str, Any]]()
     boxes = Boxes.of(np.array([stall["corners_m"] for stall in truth["stalls"]]))
     values = np.column_stack([boxes.centre, boxes.along, boxes.width, boxes.length]).tolist()
     for number, (x, y, along_x, along_y, width, length) in enumerate(values, 1):
@@ -58,7 +58,6 @@ def store_plan(path: Path, truth: Mapping[str, Any]) -> int:
         shape = {"north": -y, "east": x, "angle": math.atan2(along_x, -along_y) % math.pi}
         sizes = {"width": width, "length": length, "is_confirmed": True, "first_survey": None, "first_id": None}
         rows.append({**ids, **shape, **sizes})
-        labels.append({"lot": lot, "label": f"A {number}", "stall": ids["id"]})
     rings = [to_global(DATUM, np.array([(-y, x) for x, y in ring])).tolist() for ring in truth["lots_m"]]
     outline = Outline(tuple(tuple((a, b) for a, b in ring) for ring in rings))
     place = {"outline": outline_json(outline), "latitude": DATUM.latitude, "longitude": DATUM.longitude}
@@ -67,7 +66,6 @@ def store_plan(path: Path, truth: Mapping[str, Any]) -> int:
         connection.execute(insert(LOT).values(id=lot, name="Market", datum_is_pinned=True, made=0.0, **place))
         connection.execute(insert(LAYOUT).values(lot=lot, version=1, valid_from=0.0, why="drawn", who="Ann"))
         connection.execute(insert(STALL), rows)
-        connection.execute(insert(LABEL), labels)
     store.close()
     return len(rows)
 

@@ -64,7 +64,7 @@ def add_import_command(commands: Any) -> None:
         help="a point of the drawing and its place on Earth; twice, for a plan without coordinates",
     )
     parser.add_argument("--replace", action="store_true", help="end stalls on its ground that the plan has not")
-    parser.add_argument("--rename", action="store_true", help="put a number behind labels that another stall had")
+    parser.add_argument("--rename", action="store_true", help="put a number behind labels that another stall keeps")
     parser.add_argument("--uncertain", action="store_true", help="take it where its place is not certain, too")
     parser.add_argument("--who", type=values.some, default="hawk-drone", metavar="NAME", help="the one who imports")
     parser.add_argument("--dry-run", action="store_true", help="show what would change, write nothing")

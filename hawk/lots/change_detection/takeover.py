@@ -1,6 +1,6 @@
 """Takes proposals of a survey over into the layout, as one new version, or drops them.
 
-Stalls that fit keep ids and labels. New ones get labels that were never used. Both are changes that are undone once.
+Stalls that fit keep ids and labels. New ones get labels of ours. Both are changes that are undone once.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ def _version(connection: Connection, lot: str) -> int:
 def _rows(
     connection: Connection, lot: str, seq: int, begin: Sequence[Detection], ending: Collection[str], *, is_whole: bool
 ) -> list[Row]:
-    """Return the rows of stalls, labels and looks of the next version.
+    """Return the rows of stalls and looks of the next version.
 
     Where ``is_whole``, all that the survey found is in the layout then, and it counts as one that made the layout:
     ground that it saw is ground whose stalls are known.
@@ -136,7 +136,6 @@ def _rows(
         *(Row(STALL.name, key, {"ends": version}) for key in gone),
         *(Row(OBSERVATION.name, key, None) for key in looks),
         *begun,
-        *(operations.label_row(lot, stall.label, stall.id) for stall in added),
         *operations.look_rows(seq, keys, begin),
     ]
 
@@ -145,7 +144,7 @@ def _added(
     connection: Connection, lot: str, begin: Sequence[Detection], ending: Sequence[LayoutStall]
 ) -> list[LayoutStall]:
     """Return new stalls with labels, in the order given. Raises LotInputError for what fits no plan."""
-    blank = LayoutStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, "", is_confirmed=False)
+    blank = LayoutStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, "", is_confirmed=False, is_named=False)
     new = [replace(blank, id=new_id()).at([*shape(stall).values()]) for stall in begin]
     draft = Draft(added=tuple(new), ended=tuple(ending), field="begin")
     return list(checked(connection, lot, draft, zones_of(connection, lot)).added)

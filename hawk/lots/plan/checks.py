@@ -1,23 +1,19 @@
-"""Checks of a draft against the plan: overlaps, areas without stalls, labels that were another stall's.
+"""Checks of a draft against the plan: overlaps, and areas without stalls.
 
 Each refusal names the field and the remedy; nothing is written then.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 
-from hawk.lots.labels import lasting_labels
 from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import FARTHEST_M
 from hawk.lots.plan.values import NEW, Draft, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
-from hawk.model.lot_map import Stall, StallState
-from hawk.results.row_labels import letters
 
 MOST_OVERLAP: Final = 0.10
 """Share of the smaller of two stalls that may be the other one's: lines have a width, and vision errs by some of it."""
@@ -65,41 +61,3 @@ def _share(one: LayoutStall, other: LayoutStall) -> float:
 
 def _name(stall: LayoutStall) -> str:
     return stall.label or "the new stall"
-
-
-def check_labels(
-    given: Sequence[LayoutStall], owners: Mapping[str, str], letters_used: Collection[str], field: str
-) -> None:
-    """Refuse labels that were another stall's. Raises LotInputError.
-
-    Args:
-        given: Stalls with the labels that they are to have.
-        owners: Label -> id of the stall whose it was, of these labels.
-        letters_used: Letters of all rows that the lot ever had.
-        field: The field that gives the labels.
-    """
-    for stall in given:
-        if owners.get(stall.label, stall.id) != stall.id:
-            letter = next(each for each in letters() if each not in letters_used)
-            words = f"{stall.label} was another stall's, no label is used again: take a new letter, as {letter}"
-            raise LotInputError(field, words)
-
-
-def labelled(
-    added: Sequence[LayoutStall], around: Sequence[LayoutStall], highest: Mapping[str, int]
-) -> list[LayoutStall]:
-    """Return new stalls with labels: the next ones of the row that they join, else those of a new row.
-
-    ``around``: the stalls near them, with their labels; a row that has none there is not joined.
-    """
-    if all(stall.label for stall in added):
-        return list(added)
-    near = {number: _on_map(number, stall) for number, stall in enumerate((*added, *around))}
-    kept = {number: stall.label for number, stall in enumerate((*added, *around)) if stall.label}
-    labels = lasting_labels(near, kept, {f"{letter} {number}" for letter, number in highest.items()})
-    return [replace(stall, label=labels[number]) for number, stall in enumerate(added)]
-
-
-def _on_map(number: int, stall: LayoutStall) -> Stall:
-    seen = {"taken": 0.0, "state": StallState.UNKNOWN, "score": 1.0, "seen": 1, "last_seen": 0.0, "version": 0}
-    return Stall(number, *stall.shape, **seen)  # type: ignore[arg-type]

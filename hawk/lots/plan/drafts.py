@@ -1,17 +1,19 @@
 """Operations on a plan as pure functions: the stalls that are meant -> the draft of a change.
 
-A draft may still overlap other stalls, stand where none may be, or use another stall's label: `hawk.lots.plan.checks`.
+A draft may still overlap other stalls, stand where none may be, or use another stall's label: `hawk.lots.plan.checks`
+and `hawk.lots.plan.label_claims`.
 """
 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.lots.labels import parts_of
+from hawk.lots.labels import LabelParts, numbered, parts_of, reading_order
 from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import (
     LENGTHS_M,
@@ -27,9 +29,13 @@ from hawk.lots.plan.operations import (
     Move,
     Operation,
     Remove,
+    Rename,
     Renumber,
+    Reverse,
     SetKind,
+    Shift,
     Split,
+    Swap,
     Turn,
     Widen,
 )
@@ -68,7 +74,8 @@ def _drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) 
         case AddStall():
             shape = geometry.normal(np.array([[asked.north, asked.east, asked.angle, asked.width, asked.length]]))
             (stall,) = _new(shape, asked.kind, context)
-            return Draft(added=(replace(stall, label=asked.label or ""),), field="north")
+            named = replace(stall, label=asked.label or "", is_named=asked.label is not None)
+            return Draft(added=(named,), field="north")
         case AddRow():
             return Draft(added=_new(_row(asked, context), asked.kind, context), field="front")
         case Remove():
@@ -78,9 +85,11 @@ def _drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) 
         case SetKind():
             return Draft(changed=_changed([(stall, replace(stall, kind=asked.kind)) for stall in stalls]))
         case Confirm():
-            return Draft(changed=_changed([(stall, replace(stall, is_confirmed=True)) for stall in stalls]))
-        case Renumber():
-            return Draft(changed=_renumbered(asked, stalls), field="labels" if asked.labels else "letter")
+            return Draft(
+                changed=_changed([(stall, replace(stall, is_confirmed=True, is_named=True)) for stall in stalls])
+            )
+        case Renumber() | Rename() | Reverse() | Shift() | Swap():
+            return _relabelled(asked, stalls)
         case Split():
             return _split(stalls[0], asked.parts, context)
         case Forbid():
@@ -95,7 +104,7 @@ def _drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) 
 
 def _new(shapes: Floats, kind: str, context: Context) -> tuple[LayoutStall, ...]:
     """Return new stalls, which a person has seen where they are."""
-    blank = LayoutStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, kind, is_confirmed=True)
+    blank = LayoutStall("", "", 0.0, 0.0, 0.0, 0.0, 0.0, kind, is_confirmed=True, is_named=False)
     return tuple(replace(blank.at(shape), id=context.new_id()) for shape in _rounded(shapes))
 
 
@@ -152,20 +161,61 @@ def _changed(pairs: Sequence[tuple[LayoutStall, LayoutStall]]) -> tuple[tuple[La
     return tuple((old, new) for old, new in pairs if old != new)
 
 
-def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[tuple[LayoutStall, LayoutStall], ...]:
-    if asked.labels is None:
-        ordered = list(stalls) if asked.stalls is not None else sorted(stalls, key=lambda stall: _number(stall.label))
-        labels = [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
-    else:
-        ordered, labels = list(stalls), asked.labels
-        if len(labels) != len(stalls):
-            raise LotInputError("labels", f"are {len(labels)} for {len(stalls)} stalls: write one for each")
-    return _changed([(stall, replace(stall, label=label)) for stall, label in zip(ordered, labels, strict=True)])
+def _relabelled(asked: Renumber | Rename | Reverse | Shift | Swap, stalls: Sequence[LayoutStall]) -> Draft:
+    """Return the draft of other labels, which are a person's."""
+    rows: frozenset[str] = frozenset()
+    match asked:
+        case Renumber():
+            stalls, labels = _renumbered(asked, stalls)
+            field = "labels" if asked.labels else "letter"
+            rows = frozenset({asked.letter} if asked.row is not None and asked.letter is not None else ())
+        case Rename():
+            labels = [_numbers(stall, "to").in_row(asked.to) for stall in stalls]
+            field, rows = "to", frozenset({asked.to} if asked.row is not None else ())
+        case Reverse():
+            labels, field = _reversed([stall.label for stall in stalls]), "stalls"
+        case Shift():
+            labels, field = [_shifted(stall, asked.by) for stall in stalls], "by"
+        case Swap():
+            (one, other), field = asked.rows, "rows"
+            to = {one: other, other: one}
+            labels = [_numbers(stall, field).in_row(to[(parts_of(stall.label) or ("", 0))[0]]) for stall in stalls]
+    pairs = zip(stalls, labels, strict=True)
+    changed = _changed([(stall, replace(stall, label=label, is_named=True)) for stall, label in pairs])
+    return Draft(changed=changed, field=field, rows=rows)
 
 
-def _number(label: str) -> int:
-    parts = parts_of(label)
-    return 0 if parts is None else parts[1]
+def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[Sequence[LayoutStall], Sequence[str]]:
+    """Return the stalls in the order of their new labels, and these."""
+    if asked.labels is not None:
+        if len(asked.labels) != len(stalls):
+            raise LotInputError("labels", f"are {len(asked.labels)} for {len(stalls)} stalls: write one for each")
+        return stalls, asked.labels
+    ordered = stalls if asked.stalls is not None else sorted(stalls, key=lambda stall: reading_order(stall.label))
+    return ordered, [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
+
+
+def _numbers(stall: LayoutStall, field: str) -> LabelParts:
+    parts = numbered(stall.label)
+    if parts is None:
+        raise LotInputError(field, f"finds no number in {stall.label}: give that stall a label by renumber first")
+    return parts
+
+
+def _shifted(stall: LayoutStall, by: int) -> str:
+    parts = _numbers(stall, "by")
+    if parts.number + by < 0:
+        raise LotInputError("by", f"makes {stall.label} number {parts.number + by}: write {-parts.number} or more")
+    return parts.with_number(parts.number + by)
+
+
+def _reversed(labels: Sequence[str]) -> list[str]:
+    """Return the labels of each row in the other order."""
+    rows: dict[str, list[str]] = defaultdict(list)
+    for label in sorted(labels, key=reading_order):
+        rows[reading_order(label)[0] if numbered(label) else ""].append(label)
+    other = {one: another for row in rows.values() for one, another in zip(row, reversed(row), strict=True)}
+    return [other[label] for label in labels]
 
 
 def _split(stall: LayoutStall, count: int, context: Context) -> Draft:

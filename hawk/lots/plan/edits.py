@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, Select, bindparam, delete, func, insert, select, update
 
 from hawk.lots import change_log
 from hawk.lots.change_log import Group, State
-from hawk.lots.plan import checks, drafts, queries, serialize, steps, versions
+from hawk.lots.plan import checks, drafts, label_claims, queries, serialize, steps, versions
 from hawk.lots.plan.answers import Closed, Edited, Opened, StepCounts, Stepped
 from hawk.lots.plan.operations import operation_of
 from hawk.lots.plan.values import Draft, PlanZone
@@ -101,19 +100,15 @@ def done(connection: Connection, edit: Edit, kind: str, drafted: Draft, now: flo
 
 
 def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[PlanZone]) -> Draft:
-    """Return a draft that fits the plan, with the labels of new stalls. Raises LotInputError for one that does not."""
-    changing = [stall.key for stall in draft.ended] + [old.key for old, _ in draft.changed]
-    near = queries.around(connection, lot, draft.placed, changing, with_rows=bool(draft.added))
-    checks.check_places(draft, near, zones)
-    given = draft.given_labels
-    if not given and not draft.added:
-        return draft
-    known = [*near, *(new for _, new in draft.changed)]
-    highest = queries.highest_of(connection, lot, known)
-    if given:
-        owners = queries.owners_of(connection, lot, [stall.label for stall in given])
-        checks.check_labels(given, owners, highest, "label" if draft.added else draft.field)
-    return replace(draft, added=tuple(checks.labelled(draft.added, known, highest)))
+    """Return a draft that fits the plan, with a label for each stall. Raises LotInputError for one that does not."""
+    found = label_claims.with_labels_free(connection, lot, draft)
+    near = queries.around(
+        connection, lot, (*found.placed, *found.nameless), found.touched, with_rows=bool(found.nameless)
+    )
+    checks.check_places(found, near, zones)
+    if not found.nameless:
+        return found
+    return label_claims.labelled(found, near, queries.labels_beside(connection, lot, found.touched))
 
 
 def undo(connection: Connection, lot: str, asked: Mapping[str, Any], now: float) -> Stepped:

@@ -6,7 +6,6 @@ Places are [north, east], metres in the lot's frame; angles are radians, clockwi
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Annotated, Final, Literal, Self, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
@@ -42,10 +41,9 @@ Length = Annotated[float, Field(allow_inf_nan=False, ge=LENGTHS_M[0], le=LENGTHS
 Place = Annotated[tuple[Metres, Metres], Field(strict=False)]
 Id = Annotated[str, Field(min_length=1, max_length=36)]
 Label = Annotated[str, Field(max_length=LONGEST_LABEL), AfterValidator(_tidy)]
-LETTER: Final = "^[A-Z]{1,3}$"
-Letter = Annotated[str, Field(pattern=LETTER)]
-FORMS: Final[Mapping[str, str]] = {LETTER: "must be one to three capital letters, such as B"}
-"""Pattern of a text -> reason for one that has not this form."""
+LONGEST_ROW: Final = 12
+"""Characters of a row's name: a number follows it in a label."""
+RowName = Annotated[str, Field(max_length=LONGEST_ROW), AfterValidator(_tidy)]
 
 
 class Asked(BaseModel):
@@ -101,16 +99,16 @@ class AddRow(Asked):
 
 
 class Selecting(Asked):
-    """An operation on stalls: those with the ids ``stalls``, those of the ``row`` with a letter, or ``all``."""
+    """An operation on stalls: those with the ids ``stalls``, those of the ``row`` with a name, or ``all``."""
 
     stalls: Annotated[list[Id], Field(min_length=1, max_length=MOST_STALLS)] | None = None
-    row: Letter | None = None
+    row: RowName | None = None
     every: Annotated[bool, Field(alias="all")] = False
 
     @model_validator(mode="after")
     def _is_one_selection(self) -> Self:
         if (self.stalls is not None) + (self.row is not None) + self.every != 1:
-            raise FieldError("stalls", 'names no stalls, or twice: write ids, "row" with a letter, or "all": true')
+            raise FieldError("stalls", 'names no stalls, or twice: write ids, "row" with its name, or "all": true')
         if self.stalls is not None and len(set(self.stalls)) < len(self.stalls):
             raise FieldError("stalls", "names a stall twice: name each once")
         return self
@@ -160,19 +158,29 @@ class SetKind(Selecting):
 
 
 class Confirm(Selecting):
-    """Confirms stalls: they are where the plan has them."""
+    """Confirms stalls: they are where the plan has them, and their labels as painted."""
 
     do: Literal["confirm"]
 
 
-class Renumber(Selecting):
+class LabelChange(Selecting):
+    """An operation on the labels of stalls. Labels that hawk gave, and no person confirmed, yield to them."""
+
+    @model_validator(mode="after")
+    def _is_some(self) -> Self:
+        if self.every:
+            raise FieldError("all", "has no order: name the stalls, or a row")
+        return self
+
+
+class Renumber(LabelChange):
     """Gives stalls other labels, in the order of ``stalls``, else in that of their numbers.
 
-    They are ``letter`` with numbers from ``first`` on, or the owner's own ``labels``.
+    They are those of the row ``letter`` with numbers from ``first`` on, or the owner's own ``labels``.
     """
 
     do: Literal["renumber"]
-    letter: Letter | None = None
+    letter: RowName | None = None
     first: Annotated[int, Field(ge=0, le=99_999)] = 1
     labels: Annotated[list[Label], Field(min_length=1, max_length=MOST_STALLS)] | None = None
 
@@ -182,8 +190,39 @@ class Renumber(Selecting):
             raise FieldError("letter", "and labels are both there or both missing: write one of them")
         if self.labels is not None and len(set(self.labels)) < len(self.labels):
             raise FieldError("labels", "holds a label twice: write each once")
-        if self.every:
-            raise FieldError("all", "has no order: name the stalls, or a row")
+        return self
+
+
+class Rename(LabelChange):
+    """Gives a row the name ``to``; its numbers stay."""
+
+    do: Literal["rename"]
+    to: RowName
+
+
+class Reverse(LabelChange):
+    """Numbers a row from its other end; its labels stay the same ones."""
+
+    do: Literal["reverse"]
+
+
+class Shift(LabelChange):
+    """Adds ``by`` to the numbers of stalls."""
+
+    do: Literal["shift"]
+    by: Annotated[int, Field(ge=-99_999, le=99_999)]
+
+
+class Swap(Asked):
+    """Exchanges the names of two ``rows``; their numbers stay."""
+
+    do: Literal["swap"]
+    rows: Annotated[tuple[RowName, RowName], Field(strict=False)]
+
+    @model_validator(mode="after")
+    def _are_two(self) -> Self:
+        if self.rows[0] == self.rows[1]:
+            raise FieldError("rows", "names a row twice: name two rows")
         return self
 
 
@@ -230,8 +269,8 @@ class EraseZone(Asked):
 
 
 Operation = (
-    AddStall | AddRow | Remove | Move | Turn | Widen | SetKind | Confirm | Renumber | Split | Forbid | Allow
-    | DrawZone | EraseZone
+    AddStall | AddRow | Remove | Move | Turn | Widen | SetKind | Confirm | Renumber | Rename | Reverse | Shift | Swap
+    | Split | Forbid | Allow | DrawZone | EraseZone
 )  # fmt: skip
 OPERATIONS: Final[tuple[type[Asked], ...]] = get_args(Operation)
 """Models of all operations."""
@@ -247,5 +286,5 @@ def operation_of(given: object) -> Operation:
     try:
         return _OPERATION.validate_python(given)
     except ValidationError as error:
-        wrong = wrong_values(error, tags=NAMES, forms=FORMS)[0]
+        wrong = wrong_values(error, tags=NAMES)[0]
         raise LotInputError(wrong.field or "operation", wrong.reason) from None

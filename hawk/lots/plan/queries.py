@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, Integer, Select, and_, bindparam, cast, func, select, text
+from sqlalchemy import ColumnElement, Connection, Select, and_, bindparam, func, select
 
-from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan.drafts import Context
 from hawk.lots.plan.operations import (
@@ -24,10 +24,11 @@ from hawk.lots.plan.operations import (
     Forbid,
     Operation,
     Split,
+    Swap,
 )
 from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.rows import is_among
-from hawk.lots.schema import LABEL, STALL, ZONE
+from hawk.lots.schema import FORMER, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
 
 _LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
@@ -38,6 +39,7 @@ USUAL_M: Final = (2.5, 5.0)
 """Width and length of a stall in a lot that has none."""
 _CELL_M: Final = 50.0
 """Stalls of one operation that are farther apart are looked around one by one."""
+_DIGITS: Final = "0123456789"
 COLUMNS: Final = ("id", *LASTING, "key", "begins")
 """Columns of the table of stalls in the order of `LayoutStall`."""
 
@@ -50,6 +52,11 @@ def in_plan(columns: Any, lot: object, version: int | None = None) -> ColumnElem
     return and_(columns.lot == lot, is_in)
 
 
+def is_of_row(label: ColumnElement[str], row: Any) -> ColumnElement[bool]:
+    """Return the condition that a label is one of a row, as "B 12" is of "B"."""
+    return and_(func.rtrim(label, _DIGITS) == row + " ", label != row + " ")
+
+
 def _asked(*conditions: ColumnElement[bool]) -> Select[Any]:
     return select(*(STALL.c[name] for name in COLUMNS)).where(*conditions).order_by(STALL.c.key)
 
@@ -57,7 +64,7 @@ def _asked(*conditions: ColumnElement[bool]) -> Select[Any]:
 _LOT: Final[Any] = bindparam("lot")
 _PRESENT: Final = in_plan(STALL.c, _LOT)
 _ALL: Final = _asked(_PRESENT)
-_OF_ROW: Final = _asked(_PRESENT, STALL.c.label.like(bindparam("row")))
+_OF_ROW: Final = _asked(_PRESENT, is_of_row(STALL.c.label, bindparam("row")))
 _OF_IDS: Final = _asked(_PRESENT, is_among(STALL.c.id))
 _IN_BOX: Final = _asked(
     _PRESENT,
@@ -71,10 +78,8 @@ _TOUCHING: Final = _IN_BOX.where(
 )
 """Stalls whose box touches a box, which the index by place finds within `_LARGEST_M`."""
 _ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline).where(in_plan(ZONE.c, _LOT), ZONE.c.kind == NO_STALLS)
-_OWNERS: Final = select(LABEL.c.label, LABEL.c.stall).where(LABEL.c.lot == _LOT, is_among(LABEL.c.label))
-_HIGHEST: Final = select(func.max(cast(func.substr(LABEL.c.label, func.instr(LABEL.c.label, " ") + 1), Integer))).where(
-    LABEL.c.lot == _LOT, LABEL.c.label > bindparam("low"), LABEL.c.label < bindparam("high")
-)
+_LABELLED: Final = _asked(_PRESENT, is_among(STALL.c.label))
+_LABELS: Final = select(STALL.c.label).where(_PRESENT, ~is_among(STALL.c.key))
 _MEDIANS: Final = {
     name: select(STALL.c[name])
     .where(_PRESENT)
@@ -83,17 +88,6 @@ _MEDIANS: Final = {
     .offset(select(func.count() // 2).select_from(STALL).where(_PRESENT).scalar_subquery())
     for name in ("width", "length")
 }
-_LETTERS: Final = text(
-    "WITH RECURSIVE found(label) AS ("
-    " SELECT min(label) FROM label WHERE lot = :lot"
-    " UNION ALL"
-    " SELECT (SELECT min(label.label) FROM label WHERE lot = :lot AND label.label >"
-    "   CASE WHEN instr(found.label, ' ') THEN substr(found.label, 1, instr(found.label, ' ') - 1) || '!'"
-    "   ELSE found.label END)"
-    " FROM found WHERE found.label IS NOT NULL)"
-    "SELECT label FROM found WHERE label IS NOT NULL"
-)
-"""One label of each row: after "B 12" the search goes on behind every label that begins with "B ", before "B!"."""
 
 
 def selected(connection: Connection, lot: str, asked: Operation) -> list[LayoutStall]:
@@ -105,16 +99,23 @@ def selected(connection: Connection, lot: str, asked: Operation) -> list[LayoutS
             return _in_box(connection, lot, np.array(asked.outline), 0.0)
         case Split():
             return _by_ids(connection, lot, [asked.stall], "stall")
+        case Swap():
+            return [stall for n, row in enumerate(asked.rows) for stall in _row(connection, lot, row, f"rows[{n}]")]
     if asked.stalls is not None:
         return _by_ids(connection, lot, asked.stalls, "stalls")
-    if asked.row is None:
-        found = all_stalls(connection, lot)
-    else:
-        named = _stalls(connection, _OF_ROW, lot=lot, row=f"{asked.row} %")
-        found = [each for each in named if (parts := parts_of(each.label)) is not None and parts[0] == asked.row]
+    if asked.row is not None:
+        return _row(connection, lot, asked.row, "row")
+    found = all_stalls(connection, lot)
     if not found:
-        field, words = ("all", "finds none") if asked.row is None else ("row", f"{asked.row} has none")
-        raise LotInputError(field, f"{words}: the plan has no such stall; read the plan again")
+        raise LotInputError("all", "finds none: the plan has no such stall; read the plan again")
+    return found
+
+
+def _row(connection: Connection, lot: str, row: str, field: str) -> list[LayoutStall]:
+    """Return the stalls of a row that an operation means. Raises LotInputError."""
+    found = of_row(connection, lot, row)
+    if not found:
+        raise LotInputError(field, f"{row} has none: the plan has no such stall; read the plan again")
     return found
 
 
@@ -123,9 +124,17 @@ def all_stalls(connection: Connection, lot: str) -> list[LayoutStall]:
     return _stalls(connection, _ALL, lot=lot)
 
 
-def stalls_in(connection: Connection, lot: str, version: int) -> list[LayoutStall]:
-    """Return the stalls of a version of the layout, as they are now."""
-    return _stalls(connection, _asked(in_plan(STALL.c, lot, version)))
+def stalls_in(connection: Connection, lot: str, version: int, then: Sequence[str] = LASTING) -> list[LayoutStall]:
+    """Return the stalls of a version of the layout as it has them.
+
+    ``then``: the columns as they were; the others are as they are now.
+    """
+    asked = select(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends > version).order_by(FORMER.c.ends.desc())
+    former = {row["stall"]: row for row in connection.execute(asked).mappings()}  # that of the smallest `ends` is last
+    return [
+        replace(each, **{name: former[each.key][name] for name in then}) if each.key in former else each
+        for each in _stalls(connection, _asked(in_plan(STALL.c, lot, version)))
+    ]
 
 
 def around(
@@ -177,23 +186,19 @@ def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
     return Context(width, length, zones_of(connection, lot), new_id, named)
 
 
-def highest_of(connection: Connection, lot: str, near: Sequence[LayoutStall]) -> dict[str, int]:
-    """Return the letters of all rows that a lot ever had, with the highest number of those rows that are near.
-
-    The number of the others is one that was given.
-    """
-    given = [parts_of(label) for label in connection.execute(_LETTERS, {"lot": lot}).scalars()]
-    highest = {parts[0]: parts[1] for parts in given if parts is not None}
-    for letter in {parts[0] for stall in near if (parts := parts_of(stall.label)) is not None}:
-        number = connection.execute(_HIGHEST, {"lot": lot, "low": f"{letter} ", "high": f"{letter}!"}).scalar()
-        highest[letter] = int(number or 0)
-    return highest
+def labelled(connection: Connection, lot: str, labels: Sequence[str]) -> list[LayoutStall]:
+    """Return the stalls of the plan that have one of some labels."""
+    return _stalls(connection, _LABELLED, lot=lot, among=json.dumps(labels))
 
 
-def owners_of(connection: Connection, lot: str, labels: Sequence[str]) -> dict[str, str]:
-    """Return label -> id of the stall whose it is or was, of those labels that were given."""
-    rows = connection.execute(_OWNERS, {"lot": lot, "among": json.dumps(labels)})
-    return {str(row.label): str(row.stall) for row in rows}
+def of_row(connection: Connection, lot: str, row: str) -> list[LayoutStall]:
+    """Return the stalls of a row of the plan, by its name."""
+    return _stalls(connection, _OF_ROW, lot=lot, row=row)
+
+
+def labels_beside(connection: Connection, lot: str, without: Collection[int]) -> set[str]:
+    """Return the labels of the stalls of a plan, without those of some keys."""
+    return set(connection.execute(_LABELS, {"lot": lot, "among": json.dumps([*without])}).scalars())
 
 
 def _stalls(connection: Connection, asked: Select[Any], **values: object) -> list[LayoutStall]:

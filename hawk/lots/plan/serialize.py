@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, Row, select
@@ -14,11 +13,11 @@ from hawk.lots.change_log import Group, rows_touched, unpacked
 from hawk.lots.plan import versions
 from hawk.lots.plan.answers import Plan, PlanChanges
 from hawk.lots.plan.queries import COLUMNS, all_stalls, named_zones, stalls_in, zones_of
-from hawk.lots.plan.values import LASTING, LayoutStall, PlanStall
+from hawk.lots.plan.values import LayoutStall, PlanStall
 from hawk.lots.plan.versions import edit_of
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.rows import is_among
-from hawk.lots.schema import CHANGE, FORMER, LAYOUT, STALL
+from hawk.lots.schema import CHANGE, LAYOUT, STALL
 from hawk.lots.values import NotFoundError, moment
 
 _TOUCHED: Final = (
@@ -47,14 +46,9 @@ def plan_of(connection: Connection, lot: str, version: int) -> Plan:
     is_there = select(LAYOUT.c.version).where(LAYOUT.c.lot == lot, LAYOUT.c.version == version)
     if connection.execute(is_there).scalar() is None:
         raise NotFoundError(f"layout: there is no version {version}; read the lot again")
-    asked = select(FORMER).where(FORMER.c.lot == lot, FORMER.c.ends > version).order_by(FORMER.c.ends.desc())
-    former = {row["stall"]: row for row in connection.execute(asked).mappings()}  # that of the smallest `ends` is last
-    stalls = [
-        replace(each, **{name: former[each.key][name] for name in LASTING}) if each.key in former else each
-        for each in stalls_in(connection, lot, version)
-    ]
+    changes = _changes(connection, lot, stalls_in(connection, lot, version), version=version)
     return Plan(
-        **dict(_changes(connection, lot, stalls, version=version)), lot=lot, datum=list(datum_of(connection, lot)),
+        **dict(changes), lot=lot, datum=list(datum_of(connection, lot)),
         layout=version, revision=None, edit=None, whole=True,
     )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Drafts of a plan written into the store, as one step of an edit each (`hawk.lots.change_log`).
 
 A step is done, undone and done again by writing columns: an added stall or zone is a row that is no more part of the
-plan after an undo (``ends`` is its first version), and never deleted. Ids, labels and observations stay valid so.
+plan after an undo (``ends`` is its first version), and never deleted. Ids and observations stay valid so.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from sqlalchemy import Connection, bindparam, insert, select, text
 from hawk.lots.change_log import Group, apply, grouped
 from hawk.lots.plan.values import LASTING, Draft, LayoutStall
 from hawk.lots.rows import is_among
-from hawk.lots.schema import FORMER, LABEL, STALL, ZONE
+from hawk.lots.schema import FORMER, STALL, ZONE
 
 
 def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple[Group, ...]:
     """Write a draft into a version of the layout, and return its groups.
 
-    Stalls that the version before had are kept as it had them. Labels that are given are given for ever.
+    Stalls that the version before had are kept as it had them.
     """
     keys = _add_stalls(connection, lot, version, draft.added)
     zones = [
@@ -31,11 +31,6 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
     ]
     if zones:
         connection.execute(insert(ZONE), zones)
-    labels = [(stall.label, stall.id) for stall in draft.added]
-    labels += [(new.label, new.id) for old, new in draft.changed if old.label != new.label]
-    if labels:
-        rows = [{"lot": lot, "label": label, "stall": stall} for label, stall in labels]
-        connection.execute(insert(LABEL).prefix_with("OR IGNORE"), rows)
     in_plan, out_of_plan = {"ends": None}, {"ends": version}
     groups = (
         *grouped(("stall", (old.key,), *_differing(old, new)) for old, new in draft.changed),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Annotated, ClassVar, Final, Literal, Protocol
 
@@ -21,7 +21,7 @@ ANSWER: Final = ConfigDict(extra="forbid", allow_inf_nan=False)
 """Rules for a value that is an answer of the API."""
 
 SHAPE: Final = ("north", "east", "angle", "width", "length")
-LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed")
+LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed", "is_named")
 """Columns of a stall that each layout version may have otherwise."""
 NO_STALLS: Final = "no_stalls"
 """Kind of a zone that has no stall."""
@@ -41,7 +41,7 @@ class Shaped(Protocol):
 class PlanStall:
     """A stall of a plan: its middle, and the direction of its length, radians clockwise from north.
 
-    ``id`` (UUID) and ``label`` are never another stall's. Metres in the lot's frame.
+    ``id`` (UUID) is never another stall's, ``label`` none's of the same layout. Metres in the lot's frame.
     """
 
     __pydantic_config__: ClassVar = ANSWER
@@ -55,6 +55,7 @@ class PlanStall:
     length: float
     kind: Annotated[Kind, Field(description="as OpenStreetMap's parking_space; empty for a normal stall")]
     is_confirmed: bool
+    is_named: Annotated[bool, Field(description="a person gave or confirmed the label; else it is hawk's guess")]
 
     @property
     def shape(self) -> tuple[float, float, float, float, float]:
@@ -91,9 +92,10 @@ class PlanZone:
 class Draft:
     """A change of a plan that was not checked yet.
 
-    ``changed``: stalls as they are and as they are to be; ``added``: without label, in the order of a row; ``field``:
-    the field of the operation that says where stalls stand. ``forbidden``, ``allowed``: areas without stalls that
-    begin, end; ``drawn``, ``erased``: named zones that do.
+    ``changed``: stalls as they are and as they are to be; ``added``: in the order of a row. A stall without label gets
+    one of ours. ``field``: the field of the operation that says where stalls stand, or their labels. ``rows``: names of
+    rows that stalls get as a whole: a row of ours that has such a name gives it up. ``forbidden``, ``allowed``: areas
+    without stalls that begin, end; ``drawn``, ``erased``: named zones that do.
     """
 
     changed: tuple[tuple[LayoutStall, LayoutStall], ...] = ()
@@ -104,6 +106,7 @@ class Draft:
     drawn: tuple[PlanZone, ...] = ()
     erased: tuple[PlanZone, ...] = ()
     field: str = "stalls"
+    rows: frozenset[str] = frozenset()
 
     @property
     def is_empty(self) -> bool:
@@ -126,10 +129,30 @@ class Draft:
         return (*self.added, *(new for old, new in self.changed if old.shape != new.shape))
 
     @property
-    def given_labels(self) -> tuple[LayoutStall, ...]:
-        """Stalls with a label that a person gives them."""
-        added = (stall for stall in self.added if stall.label)
-        return (*added, *(new for old, new in self.changed if old.label != new.label))
+    def given(self) -> tuple[tuple[str, LayoutStall], ...]:
+        """Stalls with a label that a person gives them, each behind its former label, "" of a new one."""
+        added = (("", stall) for stall in self.added)
+        changed = ((old.label, new) for old, new in self.changed if old.label != new.label)
+        return tuple((former, stall) for former, stall in (*added, *changed) if stall.label)
+
+    @property
+    def nameless(self) -> tuple[LayoutStall, ...]:
+        """Stalls that get a label of ours: the new ones first."""
+        return tuple(stall for stall in (*self.added, *(new for _, new in self.changed)) if not stall.label)
+
+    @property
+    def touched(self) -> frozenset[int]:
+        """Keys of the stalls that end or change."""
+        return frozenset((*(stall.key for stall in self.ended), *(old.key for old, _ in self.changed)))
+
+    def naming(self, labels: Mapping[str, str]) -> Draft:
+        """Return the draft with other labels of some stalls, by their ids. A label that is taken away is ours."""
+
+        def named(stall: LayoutStall) -> LayoutStall:
+            return replace(stall, label=labels[stall.id], is_named=False) if stall.id in labels else stall
+
+        changed = tuple((old, named(new)) for old, new in self.changed)
+        return replace(self, added=tuple(map(named, self.added)), changed=changed)
 
 
 def shapes_of(stalls: Sequence[Shaped]) -> Floats:

@@ -58,7 +58,7 @@ class LeftOutFeature(Shown):
 
 
 class Renamed(Shown):
-    """A label of the file that another stall had, and the one in its place."""
+    """A label of the file that another stall keeps, and the one in its place."""
 
     label: str
     to: str

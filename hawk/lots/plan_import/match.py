@@ -1,7 +1,7 @@
 """Changes that a placed plan makes to a lot: stalls that stay with another label, that begin, and that end.
 
-A stall of the lot that one of the plan overlaps by half keeps its id. Labels of the owner are kept as they are, except
-one that another stall of this lot had: no label is used again.
+A stall of the lot that one of the plan overlaps by half keeps its id. Labels of the owner are kept as they are: ours
+yield to them. One that a person confirmed on a stall which stays as it is yields to none.
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ _EDGE_M: Final = 6.0
 """By this the ground about the plan's stalls is made smaller again: aisles are filled, a margin of 2 m is left."""
 _ALIKE: Final = 1e-3
 """Metres and radians by which a stall of the plan is where that of the lot is already."""
+_NOWHERE: Final = (0.0,) * 5
 _MOST_NAMESAKES: Final = 99
-"""Numbers that are tried behind a label that another stall had."""
+"""Numbers that are tried behind a label that another stall keeps."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +44,7 @@ class Choices:
 class Matched:
     """The change that a plan makes, with the stalls of the file that are no part of it and the labels in question.
 
-    ``clashes``: stalls whose label another stall had; the change cannot be made while there are some. ``renamed``:
+    ``clashes``: stalls whose label another one keeps; the change cannot be made while there are some. ``renamed``:
     pairs of the file's label and the one that the stall gets.
     """
 
@@ -53,16 +54,11 @@ class Matched:
     renamed: tuple[tuple[str, str], ...]
 
 
-Owners = Callable[[Sequence[str]], Mapping[str, str]]
-"""Returns the id of the stall whose each label is or was, of those labels that the lot gave."""
-
-
 def matched(
     stalls: Sequence[FileFeature],
     shapes: Floats,
     present: Sequence[LayoutStall],
     zones: Sequence[PlanZone],
-    owners: Owners,
     choices: Choices,
     new_id: Callable[[], str],
 ) -> Matched:
@@ -79,10 +75,10 @@ def matched(
         _leave_conflicts(stalls, present, pairs, same, kept, left_out)
     clashes: list[LeftOut] = []
     order = sorted(kept)
-    ids = {i: present[same[i]].id if i in same else new_id() for i in order}
-    labels, renamed = _labels(
-        stalls, order, {i: present[k].label for i, k in same.items()}, ids, owners, choices, clashes
-    )
+    leaving = {*ended, *(k for i, k in same.items() if stalls[i].label)}
+    keeping = [stall for k, stall in enumerate(present) if k not in leaving]
+    labels, renamed = _labels([stalls[i] for i in order], keeping, choices, clashes)
+    named = dict(zip(order, labels, strict=True))
     changed, added = [], []
     for i in order:
         shape = np.round(shapes[i], 6).tolist()
@@ -90,11 +86,12 @@ def matched(
             old = present[same[i]]
             kind = old.kind if stalls[i].kind is None else str(stalls[i].kind)
             place = old if _is_there(shapes[i], old) else old.at(shape)
-            new = replace(place, label=labels[i], kind=kind, is_confirmed=True)
+            label, is_named = (named[i], True) if named[i] else (old.label, old.is_named)
+            new = replace(place, label=label, kind=kind, is_confirmed=True, is_named=is_named)
             if new != old:
                 changed.append((old, new))
         else:
-            blank = LayoutStall(ids[i], labels[i], 0.0, 0.0, 0.0, 0.0, 0.0, stalls[i].kind or "", is_confirmed=True)
+            blank = LayoutStall(new_id(), named[i], *_NOWHERE, stalls[i].kind or "", True, bool(named[i]))
             added.append(blank.at(shape))
     gone = tuple(present[k] for k in sorted(ended))
     draft = Draft(changed=tuple(changed), ended=gone, added=tuple(added), field="file")
@@ -173,45 +170,33 @@ def _leave_conflicts(
 
 
 def _labels(
-    stalls: Sequence[FileFeature],
-    order: Sequence[int],
-    former: Mapping[int, str],
-    ids: Mapping[int, str],
-    owners: Owners,
-    choices: Choices,
-    clashes: list[LeftOut],
-) -> tuple[dict[int, str], list[tuple[str, str]]]:
-    """Return the labels of stalls by number, "" for those that get one of ours, and the pairs that were renamed."""
-    asked = {stalls[i].label for i in order} - {""}
-    known = dict(owners(sorted(asked)))
-    labels: dict[int, str] = {}
-    waiting: list[int] = []
-    for i in order:
-        label = stalls[i].label or former.get(i, "")
-        if label == "" or known.get(label, ids[i]) == ids[i]:
-            labels[i] = label
-            if label:
-                known[label] = ids[i]
+    stalls: Sequence[FileFeature], keeping: Sequence[LayoutStall], choices: Choices, clashes: list[LeftOut]
+) -> tuple[list[str], list[tuple[str, str]]]:
+    """Return the labels of stalls, "" for those that keep theirs or get one of ours, and the pairs that were renamed.
+
+    ``keeping``: the stalls of the lot that the plan gives no label and does not end.
+    """
+    of_lot = {stall.label for stall in keeping if stall.is_named}
+    first_of: dict[str, str] = {}
+    for stall in stalls:
+        if stall.label and stall.label not in of_lot:
+            first_of.setdefault(stall.label, stall.name)
+    known = {*of_lot, *first_of}
+    labels, renamed = [], []
+    for stall in stalls:
+        if first_of.get(stall.label, "") == stall.name or not stall.label:
+            labels.append(stall.label)
+        elif choices.rename:
+            labels.append(next((each for each in _namesakes(stall.label) if each not in known), ""))
+            known.add(labels[-1])
+            renamed.append((stall.label, labels[-1]))
         else:
-            waiting.append(i)
-    if not choices.rename:
-        first_of = {labels[i]: stalls[i].name for i in labels}
-        for i in waiting:
-            label = stalls[i].label
-            whose = f"{first_of[label]} has it too" if label in first_of else "was another stall's of this lot"
-            remedy = "no label is used again: write another one, or import with rename"
-            clashes.append(LeftOut(stalls[i].name, f"label {label}: {whose}; {remedy}"))
-            labels[i] = former.get(i, "")
-        return labels, []
-    renamed = []
-    candidates = {i: _namesakes(stalls[i].label) for i in waiting}
-    known |= owners(sorted({each for names in candidates.values() for each in names} - known.keys()))
-    for i in waiting:
-        free = next((each for each in candidates[i] if known.get(each, ids[i]) == ids[i]), "")
-        labels[i] = free or former.get(i, "")
-        if free:
-            known[free] = ids[i]
-        renamed.append((stalls[i].label, labels[i]))
+            another = first_of.get(stall.label, "")
+            whose = f"{another} has it too" if another else "a person confirmed it on another stall of this lot"
+            clashes.append(
+                LeftOut(stall.name, f"label {stall.label}: {whose}; write another one, or import with rename")
+            )
+            labels.append("")
     return labels, renamed
 
 

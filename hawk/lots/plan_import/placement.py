@@ -190,7 +190,7 @@ def _known(connection: Connection, lot: str) -> tuple[tuple[LayoutStall, ...], B
     if row["north"] is not None:
         move = Move(row["north"], row["east"], row["turn"])
     stalls = [stall for stall in move.stalls(looked.stalls) if stall.is_witness]
-    shown = (LayoutStall(str(s.id), "", s.north, s.east, s.angle, s.width, s.length, "", False) for s in stalls)
+    shown = (LayoutStall(str(s.id), "", s.north, s.east, s.angle, s.width, s.length, "", False, False) for s in stalls)
     return tuple(shown), looked.ground(move), "survey"
 
 

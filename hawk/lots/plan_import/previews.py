@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection
 
-from hawk.lots.plan.queries import all_stalls, owners_of, zones_of
+from hawk.lots.plan.queries import all_stalls, zones_of
 from hawk.lots.plan.values import SHAPE, LayoutStall, PlanStall
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_files.values import MOST_LEFT_OUT, LeftOut, PlanFile
@@ -86,11 +86,7 @@ def preview(
     shapes = shapes_after(plan.shapes(), placement.move)
     present: list[LayoutStall] = [] if lot is None else all_stalls(connection, lot)
     zones = [] if lot is None else zones_of(connection, lot)
-    change = matched(
-        plan.stalls, shapes, present, zones,
-        lambda labels: {} if lot is None else owners_of(connection, lot, labels),
-        asked.choices, new_id,
-    )  # fmt: skip
+    change = matched(plan.stalls, shapes, present, zones, asked.choices, new_id)
     revision = 0 if lot is None else revision_of(connection, lot)
     return Preview(lot, revision, asked.name, placement, change, plan)
 

@@ -13,7 +13,7 @@ from hawk.lots import change_log
 from hawk.lots.answers import Begun
 from hawk.lots.change_log import Change
 from hawk.lots.ingest import lot_places
-from hawk.lots.operations import label_row, layout_row, stall_row
+from hawk.lots.operations import layout_row, stall_row
 from hawk.lots.outlines import outline_json
 from hawk.lots.plan import edits
 from hawk.lots.plan.answers import Edited
@@ -85,11 +85,10 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
     rows += [
         stall_row(
             key, lot, stall.label, {name: getattr(stall, name) for name in SHAPE}, stall=stall.id, kind=stall.kind,
-            is_confirmed=stall.is_confirmed,
+            is_confirmed=stall.is_confirmed, is_named=stall.is_named,
         )
         for key, stall in enumerate(stalls, next_key(connection))
     ]  # fmt: skip
-    rows += [label_row(lot, stall.label, stall.id) for stall in stalls]
     done = change_log.write(connection, Change(KIND, lot, tuple(rows)), who, now)
     return Begun(**dict(done), stalls=len(stalls))
 

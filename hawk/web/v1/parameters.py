@@ -12,8 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from hawk.exports.formats import VALID_S
 from hawk.formats.validation import wrong_values
 from hawk.lots.plan.kinds import Kind
-from hawk.lots.plan.operations import FORMS as OPERATION_FORMS
-from hawk.lots.plan.operations import LETTER
+from hawk.lots.plan.operations import LONGEST_ROW
 from hawk.lots.plan.values import ID
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE, LotInputError
 from hawk.stats.partition import Partition
@@ -58,7 +57,6 @@ Place = Annotated[
 ]  # fmt: skip
 Id = Annotated[str, Field(pattern=ID)]
 FORMS: Final[Mapping[str, str]] = {
-    **OPERATION_FORMS,
     ID: "must be an id, 36 characters, as the lists have it",
     _PLACE: "is no place in this list: write `next` of the part before, or leave it out",
 }
@@ -131,10 +129,16 @@ class Observations(Listed, Period):
     stall: Annotated[Id | None, Field(description="looks at this stall alone")] = None
 
 
+class Changes(Listed):
+    """Changes that persons made."""
+
+    lot: Annotated[Id | None, Field(description="changes of this lot alone")] = None
+
+
 class Stalls(Listed):
     """Stalls of a lot."""
 
-    row: Annotated[str | None, Field(pattern=LETTER, description="letter of the row")] = None
+    row: Annotated[str | None, Field(max_length=LONGEST_ROW, description="name of the row")] = None
     kind: Annotated[Kind | None, Field(description="kind of the stalls, as in `stalls`")] = None
     state: Annotated[
         Literal["free", "taken", "unknown"] | None, Field(description="state at the last look at the stall")

@@ -61,7 +61,7 @@ class ImportChoices(Query):
         ),
     ] = None
     replace: Annotated[Switch | None, Field(description="1: stalls that the file has not end")] = None
-    rename: Annotated[Switch | None, Field(description="1: labels that other stalls had get another number")] = None
+    rename: Annotated[Switch | None, Field(description="1: labels that other stalls keep get another number")] = None
 
 
 @dataclass(slots=True)

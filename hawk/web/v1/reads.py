@@ -123,9 +123,9 @@ def observations_of_survey(connection: Connection, asked: Request[forms.Listed])
     return _listed(lists.observations(connection, _part(asked.query), survey_id=asked.id))
 
 
-def changes(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+def changes(connection: Connection, asked: Request[forms.Changes]) -> Answer:
     """Return the changes that persons made."""
-    return _listed(lists.changes(connection, _part(asked.query)))
+    return _listed(lists.changes(connection, _part(asked.query), asked.query.lot))
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:

@@ -143,7 +143,7 @@ _READS: Final = (
 
 _CHANGES: Final = (
     _read("/changes", "changes", "Changes that persons made, the newest first", CHANGES, reads.changes,
-          lots.ChangeList, parameters.Listed),
+          lots.ChangeList, parameters.Changes),
     _read("/lots/{id}/proposals", "proposals", "What the newest surveys of a lot propose to change of its layout",
           CHANGES, reads.proposals, lots.Proposals),
     _change("/changes/{seq}/undo", "undo", "Undo a change, once", CHANGES, commands.undo, bodies.Nothing,

@@ -112,12 +112,18 @@ def test_one_stall_that_was_not_seen_makes_the_count_of_its_row_unknown(stored: 
 
 
 @pytest.mark.slow
-def test_an_owners_own_labels_make_no_rows(stored: Stored) -> None:
+def test_an_owners_labels_make_rows_where_they_name_one(stored: Stored) -> None:
     survey = stored.read()
-    own = replace(survey, stalls=tuple(replace(stall, label=f"P-{stall.label}") for stall in survey.stalls))
-    found = by_type(ngsi_entities(own))
+
+    def labelled(word: str) -> dict[str, Any]:
+        stalls = tuple(replace(stall, label=word.format(stall.label)) for stall in survey.stalls)
+        return by_type(ngsi_entities(replace(survey, stalls=stalls)))
+
+    found = labelled("{}-own")
     assert "ParkingGroup" not in found
     assert all("refParkingGroup" not in spot for spot in found["ParkingSpot"])
+    groups = labelled("Été {}")["ParkingGroup"]
+    assert groups[0]["id"] == f"urn:ngsi-ld:ParkingGroup:{survey.lot_id}:%C3%89t%C3%A9%20A"
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.lots.labels import lasting_labels, parts_of
+from hawk.lots.labels import lasting_labels, numbered, parts_of
 from hawk.lots.values import Detection
 from hawk.model.lot_map import Stall
 from tests.unit.lots.surveys import stall
@@ -52,14 +52,46 @@ def test_a_label_that_an_owner_gave_stays_and_belongs_to_no_row_of_ours() -> Non
 @pytest.mark.slow
 @settings(max_examples=25, deadline=None)
 @given(flights=st.lists(st.sets(st.integers(1, 60), min_size=1), min_size=1, max_size=5))
-def test_no_label_is_ever_given_twice(flights: list[set[int]]) -> None:
+def test_no_label_is_two_stalls_and_each_keeps_its_own(flights: list[set[int]]) -> None:
     """A stall that comes back after its end is a new one here: it has lost its label."""
-    used: dict[str, object] = {}
     kept: dict[int, str] = {}
     for flight in flights:
         before = {key: label for key, label in kept.items() if key in flight}
-        kept = lasting_labels(stalls(*sorted(flight)), before, set(used))
-        new = [label for key, label in kept.items() if key not in before]
+        kept = lasting_labels(stalls(*sorted(flight)), before, ())
         assert len(set(kept.values())) == len(kept) == len(flight)
-        assert not used.keys() & set(new)
-        used |= dict.fromkeys(new)
+        assert before.items() <= kept.items()
+
+
+@pytest.mark.parametrize(
+    ("missing", "labels"),
+    [
+        ([5], ["A 5"]), ([1, 2], ["A 1", "A 2"]), ([19, 20], ["A 19", "A 20"]), ([7, 8, 9], ["A 7", "A 8", "A 9"]),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("is_reversed", [False, True])
+def test_stalls_that_are_drawn_again_get_the_numbers_that_their_neighbours_leave(
+    missing: list[int], labels: list[str], *, is_reversed: bool
+) -> None:
+    def label(number: int) -> str:
+        return f"A {21 - number if is_reversed else number}"
+
+    kept = {number: label(number) for number in range(1, 21) if number not in missing}
+    found = lasting_labels(stalls(*range(1, 21)), kept, ())
+    assert [found[number] for number in missing] == [label(number) for number in missing]
+    assert is_reversed or [found[number] for number in missing] == labels
+
+
+def test_a_number_that_another_stall_of_the_lot_has_is_not_given_to_its_neighbour() -> None:
+    kept = {number: f"A {number}" for number in range(1, 20)}
+    assert lasting_labels(stalls(*range(1, 21)), kept, {"A 20"})[20] == "A 21"
+
+
+@pytest.mark.parametrize(
+    ("label", "next_one", "elsewhere"),
+    [("B 12", "B 13", "Q 12"), ("P2-014", "P2-015", "Q-014"), ("7", "8", "Q 7"), ("P9", "P10", "Q9")],
+)
+def test_labels_of_owners_are_numbered_as_they_are_written(label: str, next_one: str, elsewhere: str) -> None:
+    parts = numbered(label)
+    assert parts is not None
+    assert (parts.with_number(parts.number + 1), parts.in_row("Q")) == (next_one, elsewhere)
+    assert numbered("Boss") is None

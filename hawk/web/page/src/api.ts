@@ -101,13 +101,16 @@ export interface Cell {
   occupancy: Estimate;
 }
 
-/** A change that a person made; `undone`: when it was undone. */
+/** A change that a person made in a `lot`; `surveys`: those that it moved, placed or deleted. `undone`: when it was undone. `kept`: why it cannot be undone now; null for one that can. */
 export interface Change {
   seq: number;
   kind: string;
+  lot: string;
+  surveys: string[];
   who: string;
   made: string;
   undone: string | null;
+  kept: string | null;
 }
 
 /** Part of the list of changes. */
@@ -337,6 +340,7 @@ export interface ListedStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
   row: string | null;
   latitude: number;
   longitude: number;
@@ -438,6 +442,7 @@ export interface PlacedStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
   row: string | null;
   latitude: number;
   longitude: number;
@@ -514,6 +519,7 @@ export interface PlanStall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
 }
 
 /** An area of a plan: a zone whose stalls statistics count together, or one without stalls. */
@@ -583,7 +589,7 @@ export interface RecordingList {
   next: string | null;
 }
 
-/** A label of the file that another stall had, and the one in its place. */
+/** A label of the file that another stall keeps, and the one in its place. */
 export interface Renamed {
   label: string;
   to: string;
@@ -619,6 +625,7 @@ export interface Stall {
   length: number;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   is_confirmed: boolean;
+  is_named: boolean;
   row: string | null;
   latitude: number;
   longitude: number;

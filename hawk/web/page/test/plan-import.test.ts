@@ -22,6 +22,7 @@ const PREVIEW: Partial<PlanPreview> = {
   left_out: [{ name: "<b>node 7</b>", reason: "is a point: draw it" }],
   left_out_count: 1,
   clashes: [],
+  clash_count: 0,
   layers: [{ name: "STALLS", outlines: 7 }],
 };
 
@@ -84,7 +85,7 @@ describe("the import of a plan from a file", () => {
 
   it("takes the plan within the edit, as a step that can be undone", async () => {
     await read(Response.json(PREVIEW));
-    const stall = { ...SHAPE, is_confirmed: true };
+    const stall = { ...SHAPE, is_confirmed: true, is_named: true };
     answers.push(Response.json({ revision: 9, stalls: [stall], gone: [], zones: [], named_zones: [], undo: 1, redo: 0 }));
     await press("Take the plan");
     assert.deepEqual(sent[1], ["api/v1/lots/lot/plan/import/t1/take", JSON.stringify({ edit: store.open?.edit, uncertain: false })]);
@@ -102,8 +103,8 @@ describe("the import of a plan from a file", () => {
   });
 
   it("reads the file again with the choices, while a label is in question", async () => {
-    await read(Response.json({ ...PREVIEW, clashes: [{ name: "features[3]", reason: "label 7: was another stall's" }] }));
-    assert.match(stage.text, /features\[3\]: label 7: was another stall's/);
+    await read(Response.json({ ...PREVIEW, clashes: [{ name: "features[3]", reason: "label 7: confirmed" }], clash_count: 139 }));
+    assert.match(stage.text, /features\[3\]: label 7: confirmed/);
     assert.equal(stage.button("Take the plan").disabled, true);
     stage.input("[name=rename]").checked = true;
     stage.input("[name=layer]").value = " STALLS ";
@@ -112,6 +113,24 @@ describe("the import of a plan from a file", () => {
     await answered();
     await stage.drawn();
     assert.equal(sent[1]?.[0], "api/v1/lots/lot/plan/import?rename=1&layer=STALLS&name=plan.dxf");
+    assert.equal(stage.button("Take the plan").disabled, false);
+  });
+
+  it("says what is refused in one line with its count, above the button that takes the plan, and the list below", async () => {
+    const clashes = Array.from({ length: 20 }, (_, number) => ({ name: `features[${number}]`, reason: "label 7: confirmed" }));
+    await read(Response.json({ ...PREVIEW, clashes, clash_count: 139, left_out_count: 1 }));
+    const [lines, list] = [[...stage.part.querySelectorAll(".imported .problem")], stage.find(".imported ul")];
+    assert.deepEqual(
+      lines.map((line) => line.textContent.trim()),
+      ["1 feature is left out", "139 labels are refused: a person confirmed them on other stalls, or the file has them twice"],
+    );
+    const take = stage.button("Take the plan");
+    for (const line of lines) assert.equal(line.compareDocumentPosition(take), 4);
+    assert.equal(take.compareDocumentPosition(list), 4);
+    assert.equal(list.closest("details")?.open, false);
+    answers.push(Response.json(PREVIEW));
+    await press("Put numbers behind them");
+    assert.equal(sent[1]?.[0], "api/v1/lots/lot/plan/import?rename=1&name=plan.dxf");
     assert.equal(stage.button("Take the plan").disabled, false);
   });
 

@@ -2,6 +2,7 @@ import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import type { Operator } from "../src/state/operator.ts";
+import { labelByKey } from "../src/state/plan-labels.ts";
 import { undoByKey } from "../src/ui/plan-keys.ts";
 import { PlanPanel } from "../src/ui/plan-panel.ts";
 import { PlanTools } from "../src/ui/plan-tools.ts";
@@ -119,6 +120,63 @@ describe("the parts of the plan's editor", () => {
       { do: "turn", stalls, by: -Math.PI / 2, about: "middle" },
       { do: "renumber", stalls, letter: "C", first: 7 },
     ]);
+  });
+
+  it("say of a label whether it is as painted or our guess", async () => {
+    await open();
+    assert.match(stage.text, /3 stalls, 0 confirmed; 3 labels are our guess/);
+    await type("row", "B");
+    assert.match(stage.text, /B 1 is chosen our guess/);
+    await press("Confirm");
+    assert.match(stage.text, /B 1 is chosen as painted/);
+    await type("row", "*");
+    assert.match(stage.text, /3 stalls are chosen 2 of 3 labels are our guess/);
+    assert.match(stage.text, /3 stalls, 1 confirmed; 2 labels are our guess/);
+  });
+
+  it("name, swap, reverse and shift rows by button", async () => {
+    await open();
+    await type("row", "A");
+    assert.equal(stage.button("Swap names").disabled, true);
+    await press("Number from the other end");
+    await press("Numbers +1");
+    await press("Numbers −1");
+    await type("to", " Nord ");
+    await submit("to");
+    model.plan.choose(["A 1", "B 1"]);
+    await stage.drawn();
+    await press("Swap names");
+    assert.deepEqual(store.steps, [
+      { do: "reverse", row: "A" },
+      { do: "shift", row: "A", by: 1 },
+      { do: "shift", row: "A", by: -1 },
+      { do: "rename", row: "A", to: "Nord" },
+      { do: "swap", rows: ["B", "Nord"] },
+    ]);
+    assert.match(stage.text, /3 stalls, 0 confirmed$|3 stalls, 0 confirmed /);
+    model.plan.undo();
+    await answered();
+    assert.deepEqual([...store.stalls.values()].map(({ label }) => label), ["Nord 1", "Nord 2", "B 1"]);
+  });
+
+  it("name, swap, reverse and shift rows by key", async () => {
+    await open();
+    for (const key of ["x", "i", "n", "PageUp"]) assert.equal(labelByKey(key, model.plan), true);
+    await answered();
+    assert.deepEqual(store.steps, []);
+    model.plan.choose(["A 1"]);
+    for (const key of ["I", "x", "PageUp", "PageDown"]) labelByKey(key, model.plan);
+    await answered();
+    const stalls = ["A 1"];
+    assert.deepEqual(store.steps, [
+      { do: "reverse", stalls },
+      { do: "shift", stalls, by: 1 },
+      { do: "shift", stalls, by: -1 },
+    ]);
+    labelByKey("N", model.plan);
+    await stage.drawn();
+    assert.equal(document.activeElement?.getAttribute("name"), "to");
+    assert.equal(labelByKey("q", model.plan), false);
   });
 
   it("split a single stall, and none of several", async () => {

@@ -25,7 +25,7 @@ export class PlanStore {
   constructor(labels: readonly string[]) {
     labels.forEach((label, index) => {
       const shape = { north: 0, east: 2.5 * index, angle: 0, width: 2.5, length: 5 };
-      this.stalls.set(label, { id: label, label, ...shape, kind: "", is_confirmed: false });
+      this.stalls.set(label, { id: label, label, ...shape, kind: "", is_confirmed: false, is_named: false });
     });
   }
 
@@ -39,7 +39,7 @@ export class PlanStore {
     this.steps.push(operation);
     this.before.push(new Map(this.stalls));
     this.after.length = 0;
-    const ids = "all" in operation ? [...this.stalls.keys()] : "stalls" in operation ? operation.stalls : [];
+    const ids = "all" in operation ? [...this.stalls.keys()] : "stalls" in operation ? operation.stalls : this.idsOf("row" in operation ? [operation.row] : operation.do === "swap" ? operation.rows : []);
     for (const id of ids) this.changeOne(id, operation);
     if (operation.do === "draw_zone") this.zones = [...this.zones, { id: `zone-${this.revision}`, name: operation.name, kind: operation.kind, outline: operation.outline.map(([north, east]) => [north, east]) }];
     if (operation.do === "erase_zone") this.zones = this.zones.filter(({ id }) => id !== operation.zone);
@@ -107,11 +107,20 @@ export class PlanStore {
     return true;
   }
 
+  private idsOf(rows: readonly string[]): string[] {
+    return [...this.stalls.values()].filter(({ label }) => rows.includes(label.split(" ")[0] ?? "")).map(({ id }) => id);
+  }
+
   private changeOne(id: string, operation: Operation): void {
     const stall = this.stalls.get(id);
     if (!stall) return;
     if (operation.do === "remove") this.stalls.delete(id);
-    if (operation.do === "confirm") this.stalls.set(id, { ...stall, is_confirmed: true });
+    if (operation.do === "confirm") this.stalls.set(id, { ...stall, is_confirmed: true, is_named: true });
+    const [row = "", number = ""] = stall.label.split(" ");
+    const name = (label: string): unknown => this.stalls.set(id, { ...stall, label, is_named: true });
+    if (operation.do === "rename") name(`${operation.to} ${number}`);
+    if (operation.do === "shift") name(`${row} ${Number(number) + operation.by}`);
+    if (operation.do === "swap") name(`${operation.rows[operation.rows[0] === row ? 1 : 0]} ${number}`);
     if (operation.do === "move") this.stalls.set(id, { ...stall, north: stall.north + operation.north, east: stall.east + operation.east });
   }
 

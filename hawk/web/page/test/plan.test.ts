@@ -11,7 +11,7 @@ import { snapEnd, snapFar, snapMove, snapPlace, snapStall } from "../src/plan/sn
 import { inOrder, type PlanStall, rowsOf, usualSize } from "../src/plan/values.ts";
 
 function stall(label: string, north: number, east: number, changes: Partial<PlanStall> = {}): PlanStall {
-  return { id: label, label, north, east, angle: 0, width: 2.5, length: 5, kind: "", is_confirmed: false, ...changes };
+  return { id: label, label, north, east, angle: 0, width: 2.5, length: 5, kind: "", is_confirmed: false, is_named: false, ...changes };
 }
 
 function near(found: readonly number[], wanted: readonly number[], within = 1e-6): void {
@@ -202,12 +202,12 @@ describe("the plan as it is shown", () => {
   it("is summed up again after each change", () => {
     const plan = new ShownPlan();
     plan.take(whole(ROW), []);
-    assert.deepEqual(plan.summary, { usual: USUAL, rows: ["A"], confirmed: 0 });
+    assert.deepEqual(plan.summary, { usual: USUAL, rows: ["A"], confirmed: 0, guessed: 4 });
     const confirm = { do: "confirm", all: true } as const;
     plan.foresee([confirm], confirm);
     assert.equal(plan.summary.confirmed, 4);
     plan.take({ ...whole([stall("B 1", 0, 0, { width: 3 })]), revision: 2 }, []);
-    assert.deepEqual(plan.summary, { usual: { width: 3, length: 5 }, rows: ["B"], confirmed: 0 });
+    assert.deepEqual(plan.summary, { usual: { width: 3, length: 5 }, rows: ["B"], confirmed: 0, guessed: 1 });
   });
 
   it("is another one where all of it comes again", () => {

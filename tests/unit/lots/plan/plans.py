@@ -12,7 +12,7 @@ from sqlalchemy import Connection, insert
 
 from hawk.lots import commands, queries
 from hawk.lots.plan import edits
-from hawk.lots.schema import LABEL, LAYOUT, LOT, STALL
+from hawk.lots.schema import LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
 from hawk.results.row_labels import letters
 
@@ -36,7 +36,6 @@ def drawn_lot(connection: Connection, stalls: int, a_row: int = A_ROW) -> str:
         rows.append({**ids, **shape, "kind": "", "is_confirmed": False, "first_survey": None, "first_id": None})
     if rows:
         connection.execute(insert(STALL), rows)
-        connection.execute(insert(LABEL), [{"lot": lot, "label": row["label"], "stall": row["id"]} for row in rows])
     return lot
 
 

@@ -76,27 +76,28 @@ def test_a_plan_that_was_changed_since_the_preview_is_refused(person: Importer) 
 
 @pytest.mark.slow
 def test_a_label_of_another_stall_is_refused_or_renamed(person: Importer) -> None:
+    """A person confirmed that label on a stall that the plan has not."""
+    person.do("add_stall", north=30.0, east=0.0, angle=0.0, width=2.5, length=5.0, label="P 2")
     features = drawn(30)
-    for number, label in ((0, "A 2"), (1, "7"), (2, "7")):
+    for number, label in ((0, "P 2"), (1, "7"), (2, "7")):
         features[number]["properties"] = {"ref": label}
     data = geojson(features)
     clashes = [f"{each['name']}: {each['reason']}" for each in person.shown(data)["clashes"]]
     assert clashes == [
-        "features[0]: label A 2: was another stall's of this lot; no label is used again: "
-        "write another one, or import with rename",
+        "features[0]: label P 2: a person confirmed it on another stall of this lot; write another one, or import with "
+        "rename",
         *(
-            f"features[{number}]: label 7: features[1] has it too; no label is used again: "
-            "write another one, or import with rename"
+            f"features[{number}]: label 7: features[1] has it too; write another one, or import with rename"
             for number in (2, 6)
         ),
     ]
     before = person.plan()
-    with pytest.raises(LotInputError, match=r"rename: is needed: features\[0\]: label A 2: .*, and 2 more"):
+    with pytest.raises(LotInputError, match=r"rename: is needed: features\[0\]: label P 2: .*, and 2 more"):
         person.take(data)
     assert person.plan() == before
     person.take(data, rename="1")
     stalls = person.stalls()
-    assert {"A 2-2", "7", "7-2", "7-3"} <= {*stalls}
+    assert {"P 2-2", "P 2", "7", "7-2", "7-3"} <= {*stalls}
     assert person.shown(data, rename="1")["stay"] == []
 
 

@@ -26,7 +26,7 @@ LATITUDES = st.floats(-70, 70)
 
 def stored(number: int, label: str, **changed: float) -> LayoutStall:
     shown = replace(stall(number), **changed)  # type: ignore[arg-type]
-    return LayoutStall(label, label, shown.north, shown.east, shown.angle, shown.width, shown.length, "", False)
+    return LayoutStall(label, label, shown.north, shown.east, shown.angle, shown.width, shown.length, "", False, False)
 
 
 @pytest.mark.slow

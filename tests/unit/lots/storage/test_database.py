@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import random
 import shutil
 import sqlite3
@@ -16,7 +17,7 @@ from hypothesis import strategies as st
 from sqlalchemy import insert, select
 
 from hawk.lots.ingest import save
-from hawk.lots.schema import APPLICATION_ID, LOT, METADATA, SURVEY, VERSION
+from hawk.lots.schema import APPLICATION_ID, LABEL, LOT, METADATA, STALL, SURVEY, VERSION
 from hawk.lots.storage import database
 from hawk.lots.storage.backup import verify
 from hawk.lots.storage.database import Database
@@ -193,12 +194,12 @@ LATER = """
 import sqlalchemy as sa
 from alembic import op
 
-revision, down_revision = "0003", "0002"
+revision, down_revision = "0004", "0003"
 
 
 def upgrade():
     op.create_table("note", sa.Column("lot", sa.String(36), primary_key=True), sa.Column("text", sa.Text))
-    op.execute("PRAGMA user_version = 3")
+    op.execute("PRAGMA user_version = 4")
 """
 """A step to a version that a later program has."""
 
@@ -209,7 +210,7 @@ def earlier(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "lots.db"
     filled(path)
     shutil.copytree(database._REVISIONS, tmp_path / "revisions")
-    (tmp_path / "revisions" / "v0003_note.py").write_text(LATER)
+    (tmp_path / "revisions" / "v0004_note.py").write_text(LATER)
     monkeypatch.setattr(database, "_REVISIONS", tmp_path / "revisions")
     monkeypatch.setattr(database, "VERSION", VERSION + 1)
     return path
@@ -310,6 +311,42 @@ def test_a_store_of_version_1_is_migrated_and_its_lots_have_the_time_zone_of_the
     opened.close()
     assert database.check(path) == VERSION
     assert path.with_name("lots.db.version-1").exists()
+
+
+DRAWN = (("found", 0), ("confirmed", 1), ("drawn", 1), ("drawn, numbered", 1), ("numbered", 0), ("numbered, undone", 0))
+"""Stalls of a store of version 1: what a person did with each, and whether it was confirmed."""
+
+
+@pytest.mark.slow
+def test_a_store_of_version_1_knows_after_its_migration_which_labels_persons_gave(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    of_version_1(path)
+    steps = [
+        ("add_row", [3, 4], {"ends": 2}, {"ends": None}, "done"),
+        ("renumber", [4], {"label": "E 4"}, {"label": "A 4"}, "done"),
+        ("renumber", [5], {"label": "E 5"}, {"label": "A 5"}, "done"),
+        ("renumber", [6], {"label": "A 6"}, {"label": "P 6"}, "undone"),
+    ]
+    with closing(sqlite3.connect(path)) as opened, opened:
+        stall = "INSERT INTO stall VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+        for key, (_, confirmed) in enumerate(DRAWN, 1):
+            shape = (0.0, 0.0, 0.0, 2.5, 5.0, "")
+            opened.execute(stall, (key, f"stall {key}", "a" * 36, f"A {key}", *shape, confirmed, 1, None, None, None))
+            opened.execute("INSERT INTO label VALUES (?, ?, ?)", ("a" * 36, f"A {key}", f"stall {key}"))
+        for kind, keys, before, after, state in steps:
+            body = json.dumps([{"table": "stall", "keys": keys, "before": before, "after": after}])
+            opened.execute(
+                "INSERT INTO change (kind, lot, who, made, body, state) VALUES (?, ?, 'Ann', 0.0, ?, ?)",
+                (kind, "a" * 36, body, state),
+            )
+        seal(opened)
+    migrated = Database(path)
+    with migrated.reading() as connection:
+        named = connection.execute(select(STALL.c.is_named).order_by(STALL.c.key)).scalars().all()
+        assert connection.execute(select(LABEL)).all() == []
+    assert (migrated.damage, named) == ("", [False, True, False, True, True, False])
+    migrated.close()
+    assert verify(path) == f"{path}: whole, lots 1, surveys 0"
 
 
 @pytest.mark.fault(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -123,8 +124,76 @@ async def test_a_deleted_survey_is_listed_only_when_it_is_asked_for_and_comes_ba
     assert [each["id"] for each in await archive.items("/surveys?placed=deleted")] == [gone]
     assert (await archive.shown(f"/surveys/{gone}", lots.Survey))["placed"] == "deleted"
     assert (await archive.get("/features/collections/surveys/items"))["numberMatched"] == 3
-    await archive.done(f"/changes/{deleted['seq']}/undo")
+    (listed,) = await archive.items(f"/changes?lot={archive.lot}")  # as a page that was loaded again reads it
+    assert (listed["kind"], listed["surveys"], listed["undone"], listed["kept"]) == ("delete", [gone], None, None)
+    await archive.done(f"/changes/{listed['seq']}/undo")
     assert await archive.get("/surveys") == before
+    (listed,) = await archive.items("/changes")
+    assert listed["undone"] is not None
+    assert listed["kept"] == f"change: {listed['seq']} was undone already; make the change again to have it back"
+
+
+@pytest.mark.slow
+async def test_the_list_of_changes_says_of_each_its_lot_and_why_it_cannot_be_undone(archive: Archive) -> None:
+    for name in ("North", "South"):
+        await archive.done(f"/lots/{archive.lot}/name", name=name)
+    await archive.done(f"/lots/{archive.far}/name", name="Far")
+    listed = await archive.items(f"/changes?lot={archive.lot}")
+    assert [(each["lot"], each["surveys"]) for each in listed] == [(archive.lot, [])] * 2
+    assert [each["kept"] for each in listed] == [
+        None, f"change: lots of {listed[1]['seq']} were changed since; undo the later changes first",
+    ]  # fmt: skip
+    assert [each["lot"] for each in await archive.items("/changes")] == [archive.far, archive.lot, archive.lot]
+    assert await archive.items(f"/changes?lot={NOWHERE}") == []
+    status, problem = await archive.refused("/changes?lot=x")
+    assert (status, problem["field"]) == (422, "lot")
+
+
+@pytest.mark.slow
+async def test_rows_are_numbered_as_painted_and_old_surveys_keep_the_labels_of_their_time(archive: Archive) -> None:
+    """A's letter is ours: E, here B, gets it; the observations of a survey say where the stalls were then."""
+    path, survey = f"/lots/{archive.lot}", archive.surveys[0]
+    then = await archive.items(f"/surveys/{survey}/observations?limit=1000")
+    file = await archive.get(f"{path}/surveys/{survey}/stalls")
+    edit = (await archive.done(f"{path}/edit", who="Ann"))["edit"]
+    for operation in (
+        {"do": "rename", "row": "B", "to": "A"},
+        {"do": "reverse", "row": "A"},
+        {"do": "shift", "row": "A", "by": 100},
+        {"do": "rename", "row": "B", "to": "Nord"},
+        {"do": "swap", "rows": ["A", "Nord"]},
+    ):
+        await archive.done(f"{path}/plan", edit=edit, operation=operation)
+    closed = await archive.done(f"{path}/edit/close", edit=edit, why="as painted")
+    north = await archive.items(f"{path}/stalls?row=Nord")
+    assert [(each["row"], each["is_named"]) for each in north] == [("Nord", True)] * 20
+    assert {each["label"] for each in north} == {f"Nord {number}" for number in range(101, 121)}
+    assert len(await archive.items(f"{path}/stalls?row=A")) == 20
+    assert await archive.items(f"{path}/stalls?row=B") == []
+    assert await archive.items(f"/surveys/{survey}/observations?limit=1000") == then
+    assert (await archive.get(f"{path}/surveys/{survey}/stalls"))["features"] == file["features"]
+    await archive.done(f"/changes/{closed['seq']}/undo")
+    assert {each["label"] for each in await archive.items(f"{path}/stalls?row=B")} == {f"B {n}" for n in range(1, 21)}
+
+
+@pytest.mark.slow
+async def test_an_owners_plan_is_taken_though_hawk_has_given_its_labels_to_others(archive: Archive) -> None:
+    """The owner numbers both rows from the other side; hawk's own labels are the same words, on other stalls."""
+    path = f"/lots/{archive.lot}"
+    stalls = await archive.items(f"{path}/stalls?limit=1000")
+    words = dict(zip((each["label"] for each in stalls), (each["label"] for each in reversed(stalls)), strict=True))
+    plan = await archive.get(f"{path}/plan")
+    for each in plan["stalls"]:
+        each["label"] = words[each["label"]]
+    edit = (await archive.done(f"{path}/edit", who="Ann"))["edit"]
+    answer = await archive.operator.post(archive.address(f"{path}/plan/import?name=plan.json"), data=json.dumps(plan))
+    preview = PlanPreview.model_validate(await answer.json())
+    assert (len(preview.stay), preview.clash_count) == (40, 0)
+    await archive.done(f"{path}/plan/import/{preview.token}/take", edit=edit)
+    found = {each["id"]: each["label"] for each in await archive.items(f"{path}/stalls?limit=1000")}
+    assert found == {each["id"]: words[each["label"]] for each in stalls}
+    await archive.done(f"{path}/plan/undo", edit=edit)
+    assert await archive.items(f"{path}/stalls?limit=1000") == stalls
 
 
 @pytest.mark.slow

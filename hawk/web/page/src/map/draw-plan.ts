@@ -12,6 +12,8 @@ export interface PlanShape extends Rectangle {
   label: string;
   kind: Kind;
   confirmed: boolean;
+  /** A person gave or confirmed the label. */
+  named: boolean;
   chosen: boolean;
 }
 
@@ -176,13 +178,18 @@ function drawWords(context: CanvasRenderingContext2D, stall: PlanShape, sight: S
     context.fillText(mark, x, y + 0.5);
   }
   if (!isLabelled) return;
-  drawText(context, stall.label, x, mark === "" ? y : y + 20, stall.confirmed && !stall.chosen ? palette.confirmed : palette.plan, palette.planCase);
+  const colour = stall.named && !stall.chosen ? palette.confirmed : palette.plan;
+  drawText(context, stall.label, x, mark === "" ? y : y + 20, colour, palette.planCase, stall.named ? PAINTED : GUESSED);
 }
 
-function drawText(context: CanvasRenderingContext2D, text: string, x: number, y: number, colour: string, casing: string): void {
+/** Looks of a label: as a person says that it is painted, and as a guess. */
+const PAINTED = "600";
+const GUESSED = "italic 400";
+
+function drawText(context: CanvasRenderingContext2D, text: string, x: number, y: number, colour: string, casing: string, look = PAINTED): void {
   context.textAlign = "center";
   context.textBaseline = "middle";
-  context.font = `600 12px ${FONT_FAMILY}`;
+  context.font = `${look} 12px ${FONT_FAMILY}`;
   context.strokeStyle = casing;
   context.lineWidth = 3;
   context.lineJoin = "round";

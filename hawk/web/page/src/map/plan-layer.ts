@@ -11,7 +11,7 @@ import { WideCanvas } from "./wide-canvas.ts";
 export class PlanLayer extends Layer {
   palette: Palette;
   private readonly index = new StallIndex<string, PlanShape>(
-    (one, other) => one.chosen === other.chosen && one.confirmed === other.confirmed && one.kind === other.kind && one.label === other.label,
+    (one, other) => one.chosen === other.chosen && one.confirmed === other.confirmed && one.named === other.named && one.kind === other.kind && one.label === other.label,
   );
   private readonly pictures = new SquarePictures(this.index, (context, stalls, frame) => drawPlan(context, stalls, frame, this.palette));
   private areas: readonly Area[] = [];

@@ -1,9 +1,10 @@
 import type { LocalPlane } from "../fence/plane.ts";
 import { inverse, type LotFrame, lotFrame, NO_SHIFT, shifted, shiftedShape } from "../plan/frame.ts";
 import { snapEnd, snapFar, snapMove, snapPlace, snapStall } from "../plan/snap.ts";
-import { type PlanStall, type Spot } from "../plan/values.ts";
+import { partsOf, type PlanStall, type Spot } from "../plan/values.ts";
 import type { Operator } from "../state/operator.ts";
 import type { PlanEditing, Redrawn } from "../state/plan-edit.ts";
+import { labelByKey } from "../state/plan-labels.ts";
 import { NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
 import { type Coordinate, corners, extentOf, type Rectangle, toCoordinate } from "./geometry.ts";
 import type { LotMap } from "./lot-map.ts";
@@ -69,6 +70,7 @@ export class PlanOnMap {
     else if (!editing.mayEdit || editing.selection.size === 0) return false;
     else if (event.key === "Delete" || event.key === "Backspace") editing.doChosen((stalls) => ({ do: "remove", stalls }));
     else if (event.key.toLowerCase() === "r") editing.doChosen((stalls) => ({ do: "turn", stalls, by: event.shiftKey ? -TURN_RAD : TURN_RAD, about: "middle" }));
+    else if (labelByKey(event.key, editing)) return true;
     else if (arrow) this.nudge(arrow, event.shiftKey ? LONG_STEP_M : STEP_M);
     else return false;
     return true;
@@ -259,7 +261,7 @@ export class PlanOnMap {
 
   private onMap(stall: PlanStall): PlanShape {
     const { id, label, kind, north, east, angle, width, length } = shiftedShape(this.frame.toMap, stall);
-    return { id, label, kind, north, east, angle, width, length, confirmed: stall.is_confirmed, chosen: this.editing.selection.has(id) };
+    return { id, label, kind, north, east, angle, width, length, confirmed: stall.is_confirmed, named: stall.is_named, chosen: this.editing.selection.has(id) };
   }
 
   private toMap(spot: Spot): Coordinate {
@@ -273,5 +275,5 @@ export class PlanOnMap {
 }
 
 function rowOf(stall: PlanStall | undefined): string | null {
-  return /^([A-Z]{1,3}) \d+$/.exec(stall?.label ?? "")?.[1] ?? null;
+  return partsOf(stall?.label ?? "")?.row ?? null;
 }

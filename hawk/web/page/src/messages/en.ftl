@@ -591,10 +591,15 @@ survey-again-of = Survey { $name } again
 plan-unanswered = The drone did not answer: the plan could not be read.
 # $name: of the lot
 plan-of = Plan of { $name }
+# $guessed: labels that no person gave or confirmed
 plan-counts =
     { $stalls ->
         [one] 1 stall, { $confirmed } confirmed
        *[other] { $stalls } stalls, { $confirmed } confirmed
+    }{ $guessed ->
+        [0] { "" }
+        [one] ; 1 label is our guess
+       *[other] ; { $guessed } labels are our guess
     }
 # $time: hours and minutes
 plan-you-edit = You edit since { $time }.
@@ -678,6 +683,25 @@ plan-chosen =
         [one] { $label } is chosen
        *[other] { $stalls } stalls are chosen
     }
+# What is said of the labels of the stalls that are chosen. $guessed: those that no person gave or confirmed
+plan-labels-are =
+    { $guessed ->
+        [0] as painted
+       *[other] { $stalls ->
+            [one] our guess
+           *[other] { $guessed } of { $stalls } labels are our guess
+        }
+    }
+plan-labels = Labels
+plan-row-name = Row’s name
+plan-rename = Rename
+plan-swap = Swap names
+plan-swap-two = Swap names: choose stalls of two rows
+plan-reverse = Number from the other end
+# $by: +1 or −1
+plan-shift-by = Numbers { $by }
+plan-key-up = Page up
+plan-key-down = Page down
 plan-row-choice = Row
 plan-row-none = None
 plan-row-all = All stalls
@@ -744,9 +768,21 @@ plan-import-left =
         [one] 1 feature is left out
        *[other] { $count } features are left out
     }
+plan-import-clashes =
+    { $count ->
+        [one] 1 label is refused: a person confirmed it on another stall, or the file has it twice
+       *[other] { $count } labels are refused: a person confirmed them on other stalls, or the file has them twice
+    }
+plan-import-number = Put numbers behind them
+# $shown: number of lines that are listed
+plan-import-which =
+    { $shown ->
+        [one] Which one, and why
+       *[other] Which ones, and why
+    }
 plan-import-choices = Choices about the file
 plan-import-replace = End stalls that the file has not
-plan-import-rename = Number labels that others had
+plan-import-rename = Number labels that others keep
 plan-import-layer = Layer
 plan-import-label = Property with the labels
 plan-import-crs = System of coordinates (EPSG:…)

@@ -593,6 +593,10 @@ plan-counts =
     { $stalls ->
         [one] { $stalls } place, { $confirmed } confirmée
        *[other] { $stalls } places, { $confirmed } confirmées
+    }{ $guessed ->
+        [0] { "" }
+        [one] ; { $guessed } libellé supposé
+       *[other] ; { $guessed } libellés supposés
     }
 plan-you-edit = Vous modifiez depuis { $time }.
 plan-other-edits = { $who } modifie depuis { $time }.
@@ -672,6 +676,23 @@ plan-chosen =
         [one] { $label } est choisie
        *[other] { $stalls } places choisies
     }
+plan-labels-are =
+    { $guessed ->
+        [0] comme peint
+       *[other] { $stalls ->
+            [one] supposé
+           *[other] { $guessed } libellés sur { $stalls } supposés
+        }
+    }
+plan-labels = Libellés
+plan-row-name = Nom de la rangée
+plan-rename = Renommer
+plan-swap = Échanger les noms
+plan-swap-two = Échanger les noms : choisissez des places de deux rangées
+plan-reverse = Numéroter depuis l’autre bout
+plan-shift-by = Numéros { $by }
+plan-key-up = Page préc.
+plan-key-down = Page suiv.
 plan-row-choice = Rangée
 plan-row-none = Aucune
 plan-row-all = Toutes les places
@@ -738,9 +759,20 @@ plan-import-left =
         [one] { $count } élément laissé de côté
        *[other] { $count } éléments laissés de côté
     }
+plan-import-clashes =
+    { $count ->
+        [one] { $count } libellé refusé : confirmé par une personne sur une autre place, ou deux fois dans le fichier
+       *[other] { $count } libellés refusés : confirmés par une personne sur d’autres places, ou deux fois dans le fichier
+    }
+plan-import-number = Mettre un numéro derrière
+plan-import-which =
+    { $shown ->
+        [one] Lequel, et pourquoi
+       *[other] Lesquels, et pourquoi
+    }
 plan-import-choices = Choix pour ce fichier
 plan-import-replace = Finir les places absentes du fichier
-plan-import-rename = Numéroter les libellés que d’autres avaient
+plan-import-rename = Numéroter les libellés que d’autres gardent
 plan-import-layer = Couche
 plan-import-label = Attribut des libellés
 plan-import-crs = Système de coordonnées (EPSG:…)

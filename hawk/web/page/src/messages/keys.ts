@@ -368,7 +368,7 @@ export interface Messages {
   "survey-again-of": { name: string | number };
   "plan-unanswered": Record<string, never>;
   "plan-of": { name: string | number };
-  "plan-counts": { stalls: number; confirmed: string | number };
+  "plan-counts": { stalls: number; confirmed: string | number; guessed: number };
   "plan-you-edit": { time: string | number };
   "plan-other-edits": { who: string | number; time: string | number };
   "plan-nameless": Record<string, never>;
@@ -406,6 +406,16 @@ export interface Messages {
   "plan-area-line": { pointer: "finger" | "mouse" };
   "plan-zone-line": { pointer: "finger" | "mouse" };
   "plan-chosen": { stalls: number; label: string | number };
+  "plan-labels-are": { guessed: number; stalls: number };
+  "plan-labels": Record<string, never>;
+  "plan-row-name": Record<string, never>;
+  "plan-rename": Record<string, never>;
+  "plan-swap": Record<string, never>;
+  "plan-swap-two": Record<string, never>;
+  "plan-reverse": Record<string, never>;
+  "plan-shift-by": { by: string | number };
+  "plan-key-up": Record<string, never>;
+  "plan-key-down": Record<string, never>;
   "plan-row-choice": Record<string, never>;
   "plan-row-none": Record<string, never>;
   "plan-row-all": Record<string, never>;
@@ -464,6 +474,9 @@ export interface Messages {
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-doubt": Record<string, never>;
   "plan-import-left": { count: number };
+  "plan-import-clashes": { count: number };
+  "plan-import-number": Record<string, never>;
+  "plan-import-which": { shown: number };
   "plan-import-choices": Record<string, never>;
   "plan-import-replace": Record<string, never>;
   "plan-import-rename": Record<string, never>;

@@ -4,9 +4,11 @@ import { type Operation, type PlanStall, type PlanZone, rowsOf, usualSize } from
 export interface Summary {
   /** Width and length that most stalls have about, metres. */
   usual: { width: number; length: number };
-  /** Letters of the rows. */
+  /** Names of the rows. */
   rows: readonly string[];
   confirmed: number;
+  /** Labels that no person gave or confirmed. */
+  guessed: number;
 }
 
 /** A plan as a person sees it: as the store has it, with what was asked of the store and is not answered yet. */
@@ -75,7 +77,8 @@ export class ShownPlan {
 }
 
 function summaryOf(stalls: readonly PlanStall[]): Summary {
-  return { usual: usualSize(stalls), rows: rowsOf(stalls), confirmed: stalls.filter((each) => each.is_confirmed).length };
+  const count = (is: (stall: PlanStall) => boolean): number => stalls.filter(is).length;
+  return { usual: usualSize(stalls), rows: rowsOf(stalls), confirmed: count((each) => each.is_confirmed), guessed: count((each) => !each.is_named) };
 }
 
 /** Ids that an operation names. */
@@ -92,7 +95,7 @@ export function foreseen(asked: Operation, stall: PlanStall): PlanStall | null {
     case "remove":
       return null;
     case "confirm":
-      return { ...stall, is_confirmed: true };
+      return { ...stall, is_confirmed: true, is_named: true };
     case "move":
       return { ...stall, north: stall.north + asked.north, east: stall.east + asked.east };
     case "set_kind":

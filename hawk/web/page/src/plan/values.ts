@@ -43,6 +43,10 @@ export type Operation =
   | ({ do: "widen"; width?: number; length?: number } & Chosen)
   | ({ do: "set_kind"; kind: Kind } & Chosen)
   | { do: "renumber"; stalls: string[]; letter: string; first: number }
+  | ({ do: "rename"; to: string } & (Chosen | { row: string }))
+  | ({ do: "reverse" } & (Chosen | { row: string }))
+  | ({ do: "shift"; by: number } & (Chosen | { row: string }))
+  | { do: "swap"; rows: [string, string] }
   | { do: "split"; stall: string; parts: number }
   | { do: "add_stall"; north: number; east: number; angle: number; width: number; length: number; kind: Kind }
   | { do: "add_row"; front: readonly [Spot, Spot]; far: Spot; count: number; lean?: number; parallel?: boolean; double?: boolean; kind: Kind }
@@ -63,13 +67,13 @@ export function usualSize(stalls: readonly Rectangle[]): { width: number; length
   return { width: median(stalls.map(({ width }) => width)), length: median(stalls.map(({ length }) => length)) };
 }
 
-/** A label's row and number: "B 12"; null for a label of the owner's own. */
+/** A label's row and number: "B 12"; null for a label of another form. */
 export function partsOf(label: string): { row: string; number: number } | null {
-  const found = /^([A-Z]{1,3}) (\d+)$/.exec(label);
+  const found = /^(.+) (\d+)$/.exec(label);
   return found ? { row: found[1] ?? "", number: Number(found[2]) } : null;
 }
 
-/** Letters of the rows of a plan: A to Z, AA and so on. */
+/** Names of the rows of a plan: A to Z, AA and so on. */
 export function rowsOf(stalls: Iterable<PlanStall>): string[] {
   const found = new Set<string>();
   for (const { label } of stalls) {

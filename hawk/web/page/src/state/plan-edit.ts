@@ -42,6 +42,8 @@ export class PlanEditing {
   /** The drone answers. */
   answers = true;
   closing = false;
+  /** The name of a row is to be typed next. */
+  naming = false;
   /** The plan is being read. */
   opening = false;
   private readonly hooks: PlanHooks;
@@ -158,7 +160,13 @@ export class PlanEditing {
     this.hooks.changed();
   }
 
-  /** Chooses the whole row of a letter. */
+  /** Lets the name of the chosen row be typed. */
+  name(): void {
+    this.naming = this.mayEdit && this.selection.size > 0;
+    if (this.naming) this.hooks.changed();
+  }
+
+  /** Chooses the whole row of a name. */
   chooseRow(row: string, add = false): void {
     const members = [...this.plan.stalls.values()].filter(({ label }) => partsOf(label)?.row === row);
     this.choose(members.map(({ id }) => id), add);

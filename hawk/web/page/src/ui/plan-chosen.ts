@@ -1,7 +1,8 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { type Kind, KINDS, type PlanStall, partsOf } from "../plan/values.ts";
-import { kindWords } from "../words/plan.ts";
+import { renameRow, reverseRow, rowsChosen, shiftNumbers, swapRows } from "../state/plan-labels.ts";
+import { kindWords, labelWords } from "../words/plan.ts";
 import { say } from "../words/say.ts";
 import { metresOf, SCALES, typed } from "../words/units.ts";
 import { Part } from "./element.ts";
@@ -9,6 +10,8 @@ import { icon } from "./icons.ts";
 
 const ALL = "*";
 const MIXED = "?";
+/** Most characters of a row's letters; more are a name. */
+const LETTERS = 3;
 
 /** What can be done with the stalls of a plan that are chosen. */
 @customElement("hawk-plan-chosen")
@@ -22,6 +25,7 @@ export class PlanChosen extends Part {
     return html`<div class="chosen">
       <div class="pick">
         <b role="status">${say("plan-chosen", { stalls: chosen.length, label: chosen[0]?.label ?? "" })}</b>
+        ${chosen.length === 0 ? nothing : html`<span class="sub">${labelWords(chosen)}</span>`}
         <label><span class="sub">${say("plan-row-choice")}</span> ${this.rows(chosen)}</label>
       </div>
       <div class="does">
@@ -33,8 +37,43 @@ export class PlanChosen extends Part {
         <button ?disabled=${off} @click=${() => plan.doChosen((stalls) => ({ do: "remove", stalls }))}>${icon("clear")}${say("plan-remove")}</button>
         <label><span class="sub">${say("plan-kind")}</span> ${this.kinds(chosen, off)}</label>
       </div>
-      ${chosen.length === 0 ? nothing : this.more(chosen)}
+      ${chosen.length === 0 ? nothing : this.labels(chosen, off)} ${chosen.length === 0 ? nothing : this.more(chosen)}
     </div>`;
+  }
+
+  /** The labels as they are painted: a row's name, its first end, its numbers. */
+  private labels(chosen: readonly PlanStall[], off: boolean): TemplateResult {
+    const { plan } = this.model;
+    const named = rowsChosen(plan);
+    const shift = (by: number): TemplateResult => {
+      const words = say("plan-shift-by", { by: `${by > 0 ? "+" : "−"}1` });
+      const key = say(by > 0 ? "plan-key-up" : "plan-key-down");
+      return html`<button ?disabled=${off} title=${`${words} (${key})`} aria-label=${words} @click=${() => shiftNumbers(plan, by)}>${by > 0 ? "+1" : "−1"}</button>`;
+    };
+    return html`<div class="does labels" role="group" aria-label=${say("plan-labels")}>
+      <form @submit=${this.rename}>
+        ${field("to", say("plan-row-name"), named[0] ?? "", "text")}
+        <button type="submit" ?disabled=${off} title=${`${say("plan-rename")} (N)`}>${say("plan-rename")}</button>
+      </form>
+      <button ?disabled=${off || named.length !== 2} title=${named.length === 2 ? `${say("plan-swap")} (X)` : say("plan-swap-two")} @click=${() => swapRows(plan)}>${say("plan-swap")}</button>
+      <button ?disabled=${off || chosen.length < 2} title=${`${say("plan-reverse")} (I)`} @click=${() => reverseRow(plan)}>${say("plan-reverse")}</button>
+      ${shift(-1)} ${shift(1)}
+    </div>`;
+  }
+
+  private readonly rename = (event: Event): void => {
+    const to = fieldsOf(event)("to").trim();
+    if (to !== "") renameRow(this.model.plan, to);
+  };
+
+  /** N is pressed: the row's name is typed. */
+  override updated(): void {
+    const { plan } = this.model;
+    if (!plan.naming) return;
+    plan.naming = false;
+    const typedName = this.renderRoot.querySelector<HTMLInputElement>("[name=to]");
+    typedName?.focus();
+    typedName?.select();
   }
 
   private rows(chosen: readonly PlanStall[]): TemplateResult {
@@ -119,7 +158,8 @@ export class PlanChosen extends Part {
   private readonly renumber = (event: Event): void => {
     const read = fieldsOf(event);
     const first = numberOf(read("first"));
-    const letter = read("letter").trim().toUpperCase();
+    const name = read("letter").trim();
+    const letter = name.length <= LETTERS ? name.toUpperCase() : name;
     if (first === null || !Number.isInteger(first)) this.problem = say("plan-bad-number", { field: say("plan-first") });
     else {
       const stalls = this.model.plan.chosen.map(({ id }) => id);

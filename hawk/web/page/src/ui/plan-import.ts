@@ -6,7 +6,7 @@ import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { drone } from "./quoting.ts";
 
-const FILES = ".geojson,.json,.gpkg,.dxf,.osm,.xml,.zip";
+const FILES = ".geojson,.json,.gpkg,.kml,.dxf,.osm,.xml,.zip";
 const UNITS = ["", "m", "cm", "mm", "ft", "in"];
 /** Features that are listed as left out. */
 const LISTED = 20;
@@ -33,8 +33,13 @@ export class PlanImportPart extends Part {
       <b>${name}</b>
       <p role="status">${busy ? say("plan-import-reads") : preview ? say("plan-import-counts", counts(preview)) : ""}</p>
       <div role="alert">${problem === "" ? nothing : html`<p class="problem">${icon("warn")}<span>${drone(problem)}</span></p>`}</div>
-      ${preview ? this.facts(preview) : nothing}
-      <details class="more" ?open=${problem !== "" || (preview?.clashes.length ?? 0) > 0}>
+      ${preview ? this.refused(preview) : nothing}
+      <div class="does">
+        <button class="primary" ?disabled=${busy || !mayEdit || !preview || preview.clash_count > 0} @click=${() => void incoming.take()}>${say(preview?.placed.is_certain === false ? "plan-import-take-so" : "plan-import-take")}</button>
+        <button @click=${() => incoming.drop()}>${say("cancel")}</button>
+      </div>
+      ${preview ? this.list(preview) : nothing}
+      <details class="more" ?open=${problem !== "" || (preview?.clash_count ?? 0) > 0}>
         <summary>${say("plan-import-choices")}</summary>
         <form @submit=${this.again}>
           ${switched("replace", say("plan-import-replace"))} ${switched("rename", say("plan-import-rename"))}
@@ -45,25 +50,34 @@ export class PlanImportPart extends Part {
           <button type="submit" ?disabled=${busy}>${say("plan-import-again")}</button>
         </form>
       </details>
-      <div class="does">
-        <button class="primary" ?disabled=${busy || !mayEdit || !preview || preview.clashes.length > 0} @click=${() => void incoming.take()}>${say(preview?.placed.is_certain === false ? "plan-import-take-so" : "plan-import-take")}</button>
-        <button @click=${() => incoming.drop()}>${say("cancel")}</button>
-      </div>
     </section>`;
   }
 
-  private facts({ placed, left_out: leftOut, left_out_count: count, clashes }: PlanPreview): TemplateResult {
-    const named = [...clashes, ...leftOut].slice(0, LISTED);
+  /** What is in question, in one line each, above the button that takes the plan. */
+  private refused({ placed, clash_count: clashes, left_out_count: left }: PlanPreview): TemplateResult {
+    const { incoming } = this.model.plan;
+    const line = (words: string): TemplateResult => html`<p class="problem">${icon("warn")}<span>${words}</span></p>`;
     return html`${placed.is_certain ? nothing : html`<p class="problem">${icon("warn")}<span>${say("plan-import-doubt")} ${drone(placed.doubt)}</span></p>`}
-    ${
-      named.length === 0
-        ? nothing
-        : html`<details class="more" ?open=${clashes.length > 0}>
-            <summary>${say("plan-import-left", { count: count + clashes.length })}</summary>
-            <ul>${named.map(({ name, reason }) => html`<li>${name}: ${drone(reason)}</li>`)}</ul>
-          </details>`
-    }`;
+    ${left === 0 ? nothing : line(say("plan-import-left", { count: left }))}
+    ${clashes === 0 ? nothing : line(say("plan-import-clashes", { count: clashes }))}
+    ${clashes === 0 ? nothing : html`<button ?disabled=${incoming.busy} @click=${this.number}>${say("plan-import-number")}</button>`}`;
   }
+
+  private list({ left_out: leftOut, clashes }: PlanPreview): TemplateResult | typeof nothing {
+    const named = [...clashes, ...leftOut].slice(0, LISTED);
+    if (named.length === 0) return nothing;
+    return html`<details class="more">
+      <summary>${say("plan-import-which", { shown: named.length })}</summary>
+      <ul>${named.map(({ name, reason }) => html`<li>${name}: ${drone(reason)}</li>`)}</ul>
+    </details>`;
+  }
+
+  /** Labels that are refused get a number behind them. */
+  private readonly number = (): void => {
+    const box = this.renderRoot.querySelector<HTMLInputElement>("[name=rename]");
+    if (box) box.checked = true;
+    this.readAgain();
+  };
 
   private readonly open = (): void => {
     const [file] = this.chooser.files ?? [];
@@ -73,14 +87,18 @@ export class PlanImportPart extends Part {
 
   private readonly again = (event: Event): void => {
     event.preventDefault();
+    this.readAgain();
+  };
+
+  private readAgain(): void {
     const { file } = this.model.plan.incoming;
     const choices = new URLSearchParams();
-    for (const field of (event.currentTarget as HTMLFormElement).querySelectorAll<HTMLInputElement | HTMLSelectElement>("input, select")) {
+    for (const field of this.renderRoot.querySelectorAll<HTMLInputElement | HTMLSelectElement>("form input, form select")) {
       const isOff = field.type === "checkbox" && "checked" in field && !field.checked;
       if (!isOff && field.value.trim() !== "") choices.append(field.name, field.value.trim());
     }
     if (file) void this.model.plan.incoming.read(file, choices);
-  };
+  }
 }
 
 function counts({ begin, stay, same, end }: PlanPreview): { begin: number; stay: number; same: number; end: number } {

@@ -1,5 +1,5 @@
 import type { LotFrame } from "../plan/frame.ts";
-import type { Kind } from "../plan/values.ts";
+import type { Kind, PlanStall } from "../plan/values.ts";
 import type { PlanDrawing } from "../state/plan-drawing.ts";
 import type { PlanEditing } from "../state/plan-edit.ts";
 import * as format from "./format.ts";
@@ -19,10 +19,15 @@ export function planWords(editing: PlanEditing, frame: LotFrame["by"], touch: bo
   const { stalls, summary } = editing.plan;
   return {
     title: say("plan-of", { name: editing.lot?.name ?? "" }),
-    counts: say("plan-counts", { stalls: stalls.size, confirmed: summary.confirmed }),
+    counts: say("plan-counts", { stalls: stalls.size, confirmed: summary.confirmed, guessed: summary.guessed }),
     state: sentences(whoEdits(editing), waits(editing), placed(frame)),
     hint: editing.mayEdit ? hintOf(editing.drawing, touch) : "",
   };
+}
+
+/** Whose the labels of some stalls are. */
+export function labelWords(stalls: readonly PlanStall[]): string {
+  return say("plan-labels-are", { stalls: stalls.length, guessed: stalls.filter((each) => !each.is_named).length });
 }
 
 export function kindWords(kind: Kind): string {
