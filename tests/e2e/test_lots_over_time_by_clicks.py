@@ -89,10 +89,14 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await expect(main.get_by_role("application")).to_have_attribute("aria-label", "6 free, 14 taken, 0 unclear")
     await page.screenshot(path=screenshots / "over-time-survey.png", full_page=True)
 
+    ticks = main.get_by_role("region", name="Surveys by day and hour").get_by_role("button", name="Occupancy")
     await main.get_by_role("button", name="Delete survey").click()
-    await expect(main.get_by_role("row")).to_have_count(len(FLOWN))
-    await page.get_by_role("button", name="Undo").click()
-    await expect(main.get_by_role("row")).to_have_count(1 + len(FLOWN))
+    await expect(ticks).to_have_count(len(FLOWN))
+    await main.get_by_role("button", name="Delete this survey").click()
+    await expect(ticks).to_have_count(len(FLOWN) - 1)
+    await page.reload()
+    await main.get_by_role("button", name="Undo: Survey deleted").click()
+    await expect(ticks).to_have_count(len(FLOWN))
 
     await view(page, "Compare")
     await page.get_by_role("combobox", name="Before").select_option(label="2026-11-17 13:00")

@@ -203,6 +203,7 @@ describe("lots over time", () => {
       "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
       "/stalls": FEATURES,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
+      "/changes": { next: null, items: [] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
       "/observations": { next: null, items: [{ survey: ONE, label: "A 1", observed: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
       "/statistics/stalls": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
@@ -268,8 +269,23 @@ describe("lots over time", () => {
     assert.match(words(archive), /No figure uses this survey\. Its place on the lot is not certain\./);
     assert.deepEqual(archive.querySelector<SurveyMap>("hawk-survey-map")?.source?.stalls.map(({ label, state }) => [label, state]), [["A 1", "free"], ["A 2", "taken"]]);
     await press("Delete survey");
+    assert.deepEqual(sent, [], "it asks once more");
+    await press("Delete this survey");
     await press("Undo");
     assert.deepEqual(sent, [[`api/v1/surveys/${ONE}/delete`, {}], ["api/v1/changes/7/undo", {}]]);
+  });
+
+  it("undo a change of days ago from the list; one that cannot be undone, or was, has no button", async () => {
+    const change = { seq: 5, kind: "delete", lot: LOT, surveys: [ONE], who: HTML, made: "2026-05-01T10:00:00Z", undone: null, kept: null };
+    answers["/changes"] = { next: null, items: [change, { ...change, seq: 4, kind: "name", kept: "the lot was named again" }, { ...change, seq: 3, undone: "2026-05-02T10:00:00Z" }] };
+    await open(`#/lots/${LOT}`);
+    assert.match(words(archive.querySelector(".changes")!), /Survey deleted[^]*Lot named[^]*undone/);
+    const buttons = [...archive.querySelectorAll<HTMLButtonElement>(".changes button")];
+    assert.equal(buttons.length, 1);
+    buttons[0]?.click();
+    await drawn();
+    assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
+    assert.equal(archive.querySelector(".changes b"), null, "a name's HTML is text");
   });
 
   it("offer a viewer nothing that changes", async () => {
@@ -367,6 +383,7 @@ describe("lots over time", () => {
     const asked = (end: string): number => reads.filter((path) => path.endsWith(end)).length;
     assert.deepEqual([asked("/statistics/surveys"), asked(`/surveys/${TWO}/stalls`)], [1, 1]);
     await press("Delete survey");
+    await press("Delete this survey");
     assert.equal(asked("/statistics/surveys"), 2);
     assert.deepEqual(reads.filter((path) => !path.startsWith("api/v1/")), []);
   });

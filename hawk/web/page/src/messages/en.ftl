@@ -1303,6 +1303,21 @@ time-bar-more =
        *[other] and { $count } more
     }
 archive-clock = Times are those of { $zone }
+changes = Changes
+change-delete = Survey deleted
+change-merge = Another lot merged into this one
+change-move = Survey moved
+change-name = Lot named
+change-place = Place of a survey chosen
+change-split = Lot split
+change-time_zone = Time zone chosen
+change-take_over = Changes taken over into the plan
+change-drop = Proposals dropped
+change-pin = Lot pinned to its place
+change-import = Plan imported
+change-undone = undone
+change-undo = Undo: { $change }, { $when }
+archive-delete-survey-surely = Delete this survey
 archive-list = List of surveys
 archive-free-of = free of { $stalls } stalls
 archive-no-picture = The picture of this survey is not kept.

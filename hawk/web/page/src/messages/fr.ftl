@@ -1283,6 +1283,21 @@ time-bar-more =
        *[other] et { $count } autres
     }
 archive-clock = Les heures sont celles de { $zone }
+changes = Modifications
+change-delete = Relevé supprimé
+change-merge = Un autre parking fusionné avec celui-ci
+change-move = Relevé déplacé
+change-name = Parking nommé
+change-place = Lieu d'un relevé choisi
+change-split = Parking divisé
+change-time_zone = Fuseau horaire choisi
+change-take_over = Modifications reprises dans le plan
+change-drop = Propositions écartées
+change-pin = Parking fixé à son lieu
+change-import = Plan importé
+change-undone = annulé
+change-undo = Annuler : { $change }, { $when }
+archive-delete-survey-surely = Supprimer ce relevé
 archive-list = Liste des relevés
 archive-free-of = libres sur { $stalls } places
 archive-no-picture = L'image de ce relevé n'est pas gardée.

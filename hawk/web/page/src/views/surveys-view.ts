@@ -7,6 +7,7 @@ import { partsOf } from "../map/draw-labels.ts";
 import type { CountedState } from "../state/map-store.ts";
 import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
+import "./changes-list.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import "./time-bar.ts";
@@ -17,6 +18,8 @@ import { Asked, View, wordsOf } from "./view.ts";
 export class SurveysView extends View {
   private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<SurveyOnMap | null>(this);
+  /** Id of the survey whose deletion is asked about. */
+  private asked = "";
 
   override willUpdate(): void {
     const { from, to, lot } = this.place;
@@ -70,14 +73,22 @@ export class SurveysView extends View {
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[say("archive-clock", { zone: this.listed.value?.clock ?? "" }), sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
         ${this.mayChange ? this.actions(row) : nothing}
+        ${this.mayChange ? html`<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} .mayChange=${this.mayChange}></hawk-changes>` : nothing}
       </section>`;
   }
 
   private actions(row: SurveyUse): TemplateResult {
     return html`<p class="choices">
       <span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a href="api/v1/surveys/${row.id}/files/${kind}" download>${kind}</a> `)}</span>
-      <button class="small" @click=${() => void this.delete(row)}>${say("archive-delete-survey")}</button>
+      <button class="small" @click=${() => this.askDelete(row)}>${say(this.asked === row.id ? "archive-delete-survey-surely" : "archive-delete-survey")}</button>
     </p>`;
+  }
+
+  /** Figures lose the survey: the button asks once more. */
+  private askDelete(row: SurveyUse): void {
+    if (this.asked === row.id) void this.delete(row);
+    this.asked = this.asked === row.id ? "" : row.id;
+    this.requestUpdate();
   }
 
   private async delete(row: SurveyUse): Promise<void> {

@@ -1,0 +1,46 @@
+import { html, nothing, type TemplateResult } from "lit";
+import { customElement } from "lit/decorators.js";
+import type { Change } from "../api.ts";
+import { API, type Part, post, query, read } from "../link/api.ts";
+import { say } from "../words/say.ts";
+import { moment } from "./figures.ts";
+import { Asked, View, wordsOf } from "./view.ts";
+
+const SHOWN = "6";
+const KINDS = ["delete", "merge", "move", "name", "place", "split", "time_zone", "take_over", "drop", "pin", "import"] as const;
+
+/** The newest changes that persons made in a lot, each with its undo: it lasts longer than the page. */
+@customElement("hawk-changes")
+export class ChangesList extends View {
+  private readonly listed = new Asked<Part<Change>>(this);
+
+  override willUpdate(): void {
+    const { lot } = this.place;
+    if (lot !== "") this.listed.ask(`${lot} ${this.revision}`, () => read(`${API}/changes${query({ lot, limit: SHOWN })}`));
+  }
+
+  override render(): TemplateResult | typeof nothing {
+    const { value, problem } = this.listed;
+    if (problem !== "") return html`<p role="alert">${problem}</p>`;
+    if (value === null || value.items.length === 0) return nothing;
+    return html`<section aria-label=${say("changes")}><h3>${say("changes")}</h3><ul class="changes">${value.items.map((change) => this.row(change))}</ul></section>`;
+  }
+
+  private row(change: Change): TemplateResult {
+    const { kind, who, made, undone, kept } = change;
+    const known = KINDS.find((each) => each === kind);
+    const words = known === undefined ? kind : say(`change-${known}`);
+    const can = undone === null && kept === null && this.mayChange;
+    return html`<li><span>${words} <span class="sub">${[moment(made), who, undone === null ? "" : say("change-undone")].filter((each) => each !== "").join(" · ")}</span></span>
+      ${can ? html`<button class="small" aria-label=${say("change-undo", { change: words, when: moment(made) })} @click=${() => void this.undo(change)}>${say("archive-undo")}</button>` : nothing}</li>`;
+  }
+
+  private async undo({ seq }: Change): Promise<void> {
+    try {
+      await post(`changes/${seq}/undo`);
+    } catch (error) {
+      this.said(wordsOf(error));
+    }
+    this.changed();
+  }
+}
