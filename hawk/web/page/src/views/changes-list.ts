@@ -7,7 +7,20 @@ import { moment } from "./figures.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 const SHOWN = "6";
-const KINDS = ["delete", "merge", "move", "name", "place", "split", "time_zone", "take_over", "drop", "pin", "import"] as const;
+const KINDS = {
+  delete: "change-delete",
+  drop: "change-drop",
+  import: "change-import",
+  merge: "change-merge",
+  move: "change-move",
+  name: "change-name",
+  pin: "change-pin",
+  place: "change-place",
+  plan: "change-plan",
+  split: "change-split",
+  take_over: "change-take-over",
+  time_zone: "change-time-zone",
+} as const;
 
 /** The newest changes that persons made in a lot, each with its undo: it lasts longer than the page. */
 @customElement("hawk-changes")
@@ -28,8 +41,7 @@ export class ChangesList extends View {
 
   private row(change: Change): TemplateResult {
     const { kind, who, made, undone, kept } = change;
-    const known = KINDS.find((each) => each === kind);
-    const words = known === undefined ? kind : say(`change-${known}`);
+    const words = Object.hasOwn(KINDS, kind) ? say(KINDS[kind as keyof typeof KINDS]) : kind;
     const can = undone === null && kept === null && this.mayChange;
     return html`<li><span>${words} <span class="sub">${[moment(made), who, undone === null ? "" : say("change-undone")].filter((each) => each !== "").join(" · ")}</span></span>
       ${can ? html`<button class="small" aria-label=${say("change-undo", { change: words, when: moment(made) })} @click=${() => void this.undo(change)}>${say("archive-undo")}</button>` : nothing}</li>`;
