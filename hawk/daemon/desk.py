@@ -112,7 +112,7 @@ async def _serve(config: Config, path: Path, lot: str | None, survey: str | None
         if notice := await store.open():
             _LOG.warning("%s", notice)
         under = await store.read(lambda connection: ground_under(connection, pictures_of(path), lot))
-        place = f"archive#lot={lot}&survey={survey}" if lot and survey else ""
+        place = f"#/lots/{lot}/{survey}" if lot and survey else ""
         await _serve_store(config, store, under, place)
     finally:
         await store.close()

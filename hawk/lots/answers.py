@@ -94,6 +94,20 @@ class Survey(CountedSurvey):
     candidates: list[Id]
 
 
+class SurveyGround(Shown):
+    """Picture of the ground that a survey mapped, as square tiles of JPEG in the survey's own frame.
+
+    A tile [row, column] covers north from -(row + 1) to -row sides and east from column to column + 1 sides; `cell_m`
+    metres a pixel. `place` brings the survey's frame onto the one about `datum`.
+    """
+
+    datum: Degrees
+    place: SurveyPlace
+    cells: Count
+    cell_m: float
+    tiles: list[Annotated[list[int], Field(min_length=2, max_length=2)]]
+
+
 class ListedLot(Shown):
     """A lot, with its newest survey. `time_zone`: that of its place, unless a person chose another one."""
 

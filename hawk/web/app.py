@@ -70,9 +70,8 @@ SHUTDOWN_S: Final = 1.0
 REQUEST_LIMIT_BYTES: Final = 64 * 1024
 PAGE_DIRECTORY: Final = Path(__file__).parent / "static"
 INDEX: Final = "index.html"
-ARCHIVE: Final = "archive.html"
-ARCHIVE_NAMES: Final = ("/archive", "/shared")
-"""Addresses of the page of lots over time: with a login, and for the token behind the address's "#"."""
+SHARED: Final = "shared.html"
+"""The page for who has a link's token, which stands behind the address's "#"."""
 
 NOT_BUILT: Final = """<!doctype html>
 <html lang="en"><meta charset="utf-8"><title>hawk: the page is not built</title>
@@ -119,8 +118,7 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     area_file.add_routes(app)
     v1.add_routes(app)
     (documentation or Documentation.load()).add_routes(app)
-    for name in ARCHIVE_NAMES:
-        app.router.add_get(name, page.archive)
+    app.router.add_get("/shared", page.shared)
     app.router.add_get("/{path:.*}", page.handle)
     return app
 
@@ -250,9 +248,9 @@ class Page:
         """Serve a file of the page."""
         return self._answer(request, request.match_info.get("path", "") or INDEX)
 
-    async def archive(self, request: web.Request) -> web.StreamResponse:
-        """Serve the page of lots over time."""
-        return self.named(request, ARCHIVE)
+    async def shared(self, request: web.Request) -> web.StreamResponse:
+        """Serve the page of a lot that is shared."""
+        return self.named(request, SHARED)
 
     def named(self, request: web.Request, name: str) -> web.StreamResponse:
         """Serve a page of its own by the name of its file."""

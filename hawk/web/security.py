@@ -35,9 +35,7 @@ HSTS_S: Final = 30 * 86_400
 
 
 DOCS: Final = "/docs"
-ARCHIVE: Final = "/archive"
-"""Addresses of the documentation, and of lots over time: a browser without a login is shown the login page there, as at
-the page's."""
+"""Address of the documentation: a browser without a login is shown the login page there, as at the page's."""
 
 
 class InsecureBindingError(Exception):
@@ -113,9 +111,7 @@ class RequestCheck:
         try:
             return self._admission.admit(request)
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
-            is_page = request.method == hdrs.METH_GET and (
-                request.path in ("/", ARCHIVE) or request.path.startswith(DOCS)
-            )
+            is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
                 if is_page and request.path == "/" and refusal.status == HTTPStatus.UNAUTHORIZED:
                     # BlueOS looks for a page here before it asks for a name, and follows this whatever the status

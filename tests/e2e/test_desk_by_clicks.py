@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import filecmp
 import os
+import re
 import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
@@ -81,13 +82,32 @@ async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
     await button(page, "Close").first.click()
 
 
+async def test_lots_show_the_survey_over_its_picture(browser: Browser, address: str, screenshots: Path) -> None:
+    page = await new_page(browser, viewport={"width": 1440, "height": 900})
+    errors = watch(page)
+    tiles: set[str] = set()
+    page.on("response", lambda answer: tiles.add(answer.url) if "/ground/" in answer.url and answer.ok else None)
+    await page.goto(f"{address}#/lots")
+    map_of_survey = page.get_by_role("application")
+    await expect(map_of_survey).to_have_attribute("aria-label", re.compile(r"free, \d+ taken"))
+    await page.wait_for_function(
+        "(count) => document.querySelector('hawk-survey-map')?.source?.stalls.length > count", arg=0
+    )
+    await page.wait_for_load_state("networkidle")
+    assert len(tiles) == len(mosaic())
+    stall = await page.evaluate("document.querySelector('hawk-survey-map').source.ids[0]")
+    await page.goto(f"{address}{(await page.evaluate('location.hash')).partition('?')[0]}?stall={stall}")
+    await expect(page.locator("hawk-survey-map .pop canvas")).to_be_visible()
+    await page.screenshot(path=screenshots / "lots-picture.png")
+    assert not errors
+
+
 async def test_recordings_of_its_folder_are_seen_and_downloaded(browser: Browser, address: str, tmp_path: Path) -> None:
     (tmp_path / "recordings").mkdir()
     recorded = write(tmp_path / "recordings" / "20260504T000000Z.mcap", flight())
     page = await new_page(browser, viewport={"width": 1440, "height": 900})
     errors = watch(page)
-    await page.goto(f"{address}archive")
-    await press(page, "Recordings")
+    await page.goto(f"{address}#/recordings")
     await shows(page, "1 recording")
     async with page.expect_download() as began:
         await page.get_by_role("link", name="Download").click()

@@ -31,7 +31,7 @@ BEGAN = 1_794_823_200.0
 """A Monday, 2026-11-16 at 10:00 UTC."""
 FLOWN = ((0, 4), (2, 12), (4, 8), (24, 5), (26, 14), (28, 9))
 """Hours after that, and the number of taken stalls."""
-VIEWS = ("Surveys", "Compare", "Figures", "Stalls", "Report", "Links", "Recordings")
+VIEWS = ("lots", "lots?show=stalls", "lots?show=links", "compare", "report", "report?show=figures", "recordings")
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -66,17 +66,27 @@ async def opened(browser: Browser, address: str, **options: object) -> tuple[Pag
     return page, errors
 
 
-async def view(page: Page, name: str) -> None:
-    await page.get_by_role("navigation").get_by_role("button", name=name, exact=True).click()
+async def view(page: Page, name: str, part: str = "") -> None:
+    await page.get_by_role("navigation", name="Views").get_by_role("link", name=name, exact=True).click()
+    if part:
+        await page.get_by_role("navigation").get_by_role("button", name=part, exact=True).click()
 
 
 async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, address: str, screenshots: Path) -> None:
     page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
-    await page.get_by_role("link", name="Over time").click()
+    await view(page, "Lots")
     main = page.get_by_role("main")
+    await expect(
+        main.get_by_role("region", name="Surveys by day and hour").get_by_role("button", name="Occupancy")
+    ).to_have_count(len(FLOWN))
+    await main.get_by_role("button", name="13:00, Occupancy 70.0 %").click()
+    await expect(main.get_by_role("application")).to_have_attribute("aria-label", "6 free, 14 taken, 0 unclear")
+    await page.keyboard.press("ArrowRight")
+    await expect(main.get_by_role("application")).to_have_attribute("aria-label", "11 free, 9 taken, 0 unclear")
+    await main.get_by_text("List of surveys").click()
     await expect(main.get_by_role("row")).to_have_count(1 + len(FLOWN))
     await main.get_by_role("button", name="2026-11-17 13:00").click()
-    await expect(main.get_by_role("img")).to_have_attribute("aria-label", "6 free, 14 taken, 0 unclear")
+    await expect(main.get_by_role("application")).to_have_attribute("aria-label", "6 free, 14 taken, 0 unclear")
     await page.screenshot(path=screenshots / "over-time-survey.png", full_page=True)
 
     await main.get_by_role("button", name="Delete survey").click()
@@ -93,20 +103,20 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     assert await page.locator(".swipe").evaluate("each => each.style.getPropertyValue('--share')") == "0%"
     await page.screenshot(path=screenshots / "over-time-compare.png", full_page=True)
 
-    await view(page, "Stalls")
+    await view(page, "Lots", "Stalls")
     await page.get_by_role("combobox", name="Stall").select_option(label="A 6")
     await expect(main.get_by_role("listitem")).to_have_count(len(FLOWN))
-    await view(page, "Figures")
+    await view(page, "Report", "Figures")
     await expect(main).to_contain_text("6 surveys from 2026-11-16 to 2026-11-17")
     await page.screenshot(path=screenshots / "over-time-figures.png", full_page=True)
 
-    await view(page, "Links")
+    await view(page, "Lots", "Links")
     await page.get_by_role("spinbutton", name="Days").fill("7")
     await page.get_by_role("button", name="Make a link").click()
     link = await page.get_by_role("textbox", name="Link").input_value()
     guest, guests_errors = await opened(browser, link)
-    await expect(guest.get_by_role("row")).to_have_count(1 + len(FLOWN))
-    assert await guest.get_by_role("button", name="Recordings").count() == 0
+    await expect(guest.get_by_role("button", name="Occupancy")).to_have_count(len(FLOWN))
+    assert await guest.get_by_role("link", name="Recordings").count() == 0
     assert await guest.get_by_role("button", name="Delete survey").count() == 0
     await page.get_by_role("button", name="Take back").click()
     await expect(page.get_by_role("button", name="Take back")).to_have_count(0)  # then it is stored
@@ -158,8 +168,7 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
     await press(page, "Close the edit")
     await shows(page, "The plan is closed as version")
 
-    await page.goto(f"{address}archive#view=figures")
-    await page.reload()
+    await view(page, "Report", "Figures")
     row = page.get_by_role("row").filter(has=page.get_by_role("rowheader", name="West", exact=True))
     await expect(row.get_by_role("cell").first).to_have_text("5")
     await page.screenshot(path=screenshots / "zone-figures.png", full_page=True)
@@ -167,12 +176,12 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
 
 
 async def test_a_report_is_printed_on_paper(browser: Browser, address: str, screenshots: Path) -> None:
-    page, errors = await opened(browser, f"{address}archive#view=report")
+    page, errors = await opened(browser, f"{address}#/report")
     await expect(page.get_by_role("article")).to_contain_text("Method")
     await expect(page.get_by_role("article")).to_contain_text("11 free, 9 taken, 0 unclear")
     await page.emulate_media(media="print")
-    for name in ("Print", "Compare"):
-        await expect(page.get_by_role("button", name=name)).to_be_hidden()
+    await expect(page.get_by_role("button", name="Print")).to_be_hidden()
+    await expect(page.get_by_role("link", name="Compare")).to_be_hidden()
     await page.screenshot(path=screenshots / "over-time-paper.png", full_page=True)
     assert (await page.pdf(format="A4")).startswith(b"%PDF")
     assert not errors
@@ -187,13 +196,15 @@ async def test_axe_finds_nothing_on_a_phone_and_on_a_desk(
         stored = f"{{theme: '{theme}', language: '{language}'}}"
         await page.add_init_script(f"localStorage.setItem('hawk-page', JSON.stringify({stored}))")
         for name in VIEWS:
-            await page.goto(f"{address}archive#view={name.lower()}")
+            await page.goto(f"{address}#/{name}")
             await page.reload()
-            await expect(page.locator("main p, main table").first).to_be_visible()
+            await expect(page.locator(".page p, .page table").first).to_be_visible(timeout=20_000)
             await expect(page.locator("html")).to_have_attribute("lang", language)
             await page.wait_for_load_state("networkidle")
             faults = await page.evaluate(RUN_AXE)
-            await page.screenshot(path=screenshots / f"over-time-{language}-{theme}-{name}.png", full_page=True)
+            await page.screenshot(
+                path=screenshots / f"over-time-{language}-{theme}-{name.replace('?show=', '-')}.png", full_page=True
+            )
             assert faults == [], (name, theme)
             assert await page.evaluate("document.documentElement.scrollWidth") <= size["width"], name
         assert [error for error in errors if "409" not in error] == []

@@ -15,7 +15,7 @@ from tests.integration.daemon_support import LOW_HEIGHTS, over_a_picture
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
-AROUND = ((-40, -45), (40, -45), (40, 45), (-40, 45))
+AROUND = ((-40, -45), (36, -45), (36, 45), (-40, 45))
 ZONE = ((8, 12), (24, 12), (24, 32), (8, 32))
 MAST = ((-20, -30), (-14, -30), (-17, -24))
 IN_THE_ZONE, BEHIND_IT, BESIDE_IT = (16.0, 22.0), (24.0, 38.0), (-10.0, 20.0)

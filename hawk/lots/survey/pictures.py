@@ -9,7 +9,8 @@ from __future__ import annotations
 import os
 import re
 import zipfile
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -75,18 +76,19 @@ class PictureFolder:
 
     def read(self, survey: str) -> dict[TileKey, bytes]:
         """Return the tiles of a survey, none where there is no picture. Raises LotStoreError for a broken file."""
-        path, tiles = self._path(survey), {}
-        if not path.exists():
-            return {}
-        try:
-            with zipfile.ZipFile(path) as file:
-                for info in file.infolist():
-                    name = _NAME.fullmatch(info.filename)
-                    if name is not None and info.file_size <= _LARGEST_TILE:
-                        tiles[int(name[1]), int(name[2])] = file.read(info)
-        except (OSError, zipfile.BadZipFile) as error:
-            raise LotStoreError(f"{path}: {error}; remove it: only the picture of that survey is lost") from error
-        return tiles
+        with self._opened(self._path(survey)) as file:
+            return {} if file is None else {key: file.read(info) for key, info in _infos(file).items()}
+
+    def keys(self, survey: str) -> list[TileKey]:
+        """Return the keys of a survey's tiles; none without a picture. Raises LotStoreError for a broken file."""
+        with self._opened(self._path(survey)) as file:
+            return [] if file is None else sorted(_infos(file))
+
+    def tile(self, survey: str, key: TileKey) -> bytes | None:
+        """Return one tile of a survey, None where there is none. Raises LotStoreError for a broken file."""
+        with self._opened(self._path(survey)) as file:
+            info = None if file is None else _infos(file).get(key)
+            return None if file is None or info is None else file.read(info)
 
     def keep(self, surveys: Collection[str]) -> None:
         """Remove the pictures of all other surveys. Raises OSError."""
@@ -101,8 +103,29 @@ class PictureFolder:
         path.unlink(missing_ok=True)
         return is_there
 
+    @contextmanager
+    def _opened(self, path: Path) -> Iterator[zipfile.ZipFile | None]:
+        if not path.exists():
+            yield None
+            return
+        try:
+            with zipfile.ZipFile(path) as file:
+                yield file
+        except (OSError, zipfile.BadZipFile) as error:
+            raise LotStoreError(f"{path}: {error}; remove it: only the picture of that survey is lost") from error
+
     def _path(self, survey: str) -> Path:
         return self._folder / f"{survey}{_SUFFIX}"
+
+
+def _infos(file: zipfile.ZipFile) -> dict[TileKey, zipfile.ZipInfo]:
+    """Return the entries of a file that are tiles, by their keys."""
+    named = ((_NAME.fullmatch(info.filename), info) for info in file.infolist())
+    return {
+        (int(name[1]), int(name[2])): info
+        for name, info in named
+        if name is not None and info.file_size <= _LARGEST_TILE
+    }
 
 
 def pictures_of(store: Path) -> PictureFolder:

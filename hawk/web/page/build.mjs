@@ -1,4 +1,4 @@
-// Bundles the operator page, and the page of lots over time, into ../static (or the folder given as first argument).
+// Bundles the page, with its views that are loaded when they are opened, into ../static (or the folder given as first argument).
 import { build } from "esbuild";
 import { cp, mkdir, readFile, readdir, rm, writeFile } from "node:fs/promises";
 import { basename, dirname, join, resolve } from "node:path";
@@ -7,39 +7,27 @@ import { gzipSync } from "node:zlib";
 
 const here = dirname(fileURLToPath(import.meta.url));
 const out = resolve(process.argv[2] ?? join(here, "..", "static"));
-/** Bytes of everything that a browser loads in one language, compressed. */
+/** Bytes of everything that a browser loads in one language before the first view can be used, compressed. */
 const LARGEST_GZIP = 300_000;
-/** The same of the page of lots over time. */
-const LARGEST_ARCHIVE_GZIP = 160_000;
-/** Messages of the page of lots over time have keys, and its files have names, that begin so. */
-const ARCHIVE = /^archive-/;
+/** The same of the views that are loaded when one of them is opened. */
+const LARGEST_VIEWS_GZIP = 60_000;
 
 /**
  * English is part of the page; a browser loads any other language as a file, with the sentences of the drone's program
  * (drone-fr.ftl) behind those of the page. Comments are for translators.
  */
-const messages = (hasArchive) => ({
+const messages = {
   name: "messages",
   setup(building) {
     building.onLoad({ filter: /\.ftl$/ }, async ({ path }) => {
-      const all = messageLines(await readFile(path, "utf8"));
-      const lines = hasArchive ? all : withoutArchive(all);
+      const lines = messageLines(await readFile(path, "utf8"));
       if (basename(path) === "en.ftl") return { contents: `${lines.join("\n")}\n`, loader: "text" };
       const drone = messageLines(await readFile(join(dirname(path), `drone-${basename(path)}`), "utf8"));
       const contents = [...lines, ...drone.map((line) => line.replace(/^(?=[a-z])/, "drone-"))];
       return { contents: `${contents.join("\n")}\n`, loader: "file", watchFiles: [path] };
     });
   },
-});
-
-/** A message has further lines, which begin with a space. */
-function withoutArchive(lines) {
-  let isOut = false;
-  return lines.filter((line) => {
-    if (!line.startsWith(" ")) isOut = ARCHIVE.test(line);
-    return !isOut;
-  });
-}
+};
 
 /** Fluent needs one space before the further lines of a message, and none within the braces of a value. */
 function messageLines(text) {
@@ -61,52 +49,66 @@ const shared = {
 await rm(out, { recursive: true, force: true });
 await mkdir(out, { recursive: true });
 const results = await Promise.all([
-  build({ ...shared, entryPoints: ["src/main.ts"], outfile: join(out, "app.js"), plugins: [messages(false)], assetNames: "[name]-[hash]" }),
-  build({ ...shared, entryPoints: ["src/archive/main.ts"], outfile: join(out, "archive.js"), plugins: [messages(true)], assetNames: "archive-[name]-[hash]" }),
-  build({ ...shared, entryPoints: ["src/replay/main.ts"], outfile: join(out, "replay.js"), plugins: [messages(true)], assetNames: "archive-[name]-[hash]" }),
+  build({
+    ...shared,
+    entryPoints: { app: "src/main.ts", guest: "src/guest.ts", replay: "src/replay/main.ts" },
+    outdir: out,
+    splitting: true,
+    chunkNames: "part-[hash]",
+    assetNames: "[name]-[hash]",
+    plugins: [messages],
+  }),
   build({ ...shared, entryPoints: ["src/link/life-worker.ts"], outfile: join(out, "life-worker.js") }),
   build({
     ...shared,
-    entryPoints: ["src/styles/app.css"],
-    outfile: join(out, "app.css"),
+    entryPoints: { app: "src/styles/app.css", views: "src/styles/views.css", replay: "src/replay/replay.css" },
+    outdir: out,
     loader: { ".woff2": "file" },
     assetNames: "[name]-[hash]",
   }),
-  ...["archive", "replay"].map((name) =>
-    build({
-      ...shared,
-      entryPoints: [`src/${name}/${name}.css`],
-      outfile: join(out, `${name}.css`),
-      loader: { ".woff2": "file" },
-      assetNames: "[name]-[hash]",
-    }),
-  ),
 ]);
 await cp(join(here, "public"), out, { recursive: true });
-const outputs = results.flatMap((result) => Object.keys(result.metafile.outputs));
-for (const name of ["index.html", "archive.html", "replay.html"]) await preloadFonts(name, outputs);
+const { outputs } = results[0].metafile;
+const everything = results.flatMap((result) => Object.keys(result.metafile.outputs));
+const fonts = everything.filter((name) => name.endsWith(".woff2"));
+const languages = everything.filter((name) => name.endsWith(".ftl"));
+for (const [name, entry] of [["index.html", "app.js"], ["shared.html", "guest.js"], ["replay.html", "replay.js"]]) {
+  await preload(name, entry);
+}
+await checkSize("first view", [...[...before("app.js")].map((name) => join(here, name)), join(out, "app.css"), join(out, "index.html"), ...fonts], LARGEST_GZIP);
+const late = Object.keys(outputs).filter((name) => name.endsWith(".js") && !before("app.js").has(name) && !/^(guest|replay)\.js$/.test(basename(name)));
+await checkSize("views opened later", [...late, join(out, "views.css")], LARGEST_VIEWS_GZIP, false);
 const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
-const isOf = (name, file) => file.startsWith(`${name}.`) || /^archive-|\.woff2$/.test(file);
-await checkSize("page", (file) => !/^(archive|replay)\b/.test(file), LARGEST_GZIP);
-await checkSize("lots over time", (file) => isOf("archive", file), LARGEST_ARCHIVE_GZIP);
-await checkSize("replay", (file) => isOf("replay", file), LARGEST_ARCHIVE_GZIP);
 await writeFile(join(out, "licences.txt"), await licences(inputs));
 
+/** The entry and all parts that the browser must have before it can run: what is imported late is none of them. */
+function before(entry) {
+  const found = new Set();
+  const take = (name) => {
+    if (found.has(name)) return;
+    found.add(name);
+    for (const { path, kind } of outputs[name].imports) if (kind === "import-statement") take(path);
+  };
+  take(Object.keys(outputs).find((name) => basename(name) === entry));
+  return found;
+}
+
 /** Over a weak link the page must come quickly. Fails when it grew too large. */
-async function checkSize(name, belongs, largest) {
-  const files = (await readdir(out)).filter(belongs);
-  const size = async (file) => gzipSync(await readFile(join(out, file)), { level: 9 }).length;
-  const sizes = await Promise.all(files.filter((file) => !file.endsWith(".ftl")).map(size));
-  const languages = await Promise.all(files.filter((file) => file.endsWith(".ftl")).map(size));
-  const total = sizes.reduce((sum, each) => sum + each, Math.max(0, ...languages));
+async function checkSize(name, files, largest, inOneLanguage = true) {
+  const size = async (file) => gzipSync(await readFile(resolve(here, file)), { level: 9 }).length;
+  const [sizes, spoken] = await Promise.all([files, languages].map((all) => Promise.all(all.map(size))));
+  const total = sizes.reduce((sum, each) => sum + each, inOneLanguage ? Math.max(0, ...spoken) : 0);
   if (total > largest) throw new Error(`The ${name} has ${total} bytes (gzip), at most ${largest} are allowed.`);
   console.log(`${name}: ${(total / 1000).toFixed(1)} kB (gzip)`);
 }
 
-/** The browser asks for the fonts at once, not when it has read the style sheet: nothing moves when they come. */
-async function preloadFonts(page, outputs) {
-  const names = [...new Set(outputs)].filter((name) => name.endsWith(".woff2")).map((name) => basename(name));
-  const links = names.map((name) => `<link rel="preload" href="${name}" as="font" type="font/woff2" crossorigin />`);
+/** The browser asks for fonts and parts at once, not when it has read what wants them: nothing moves when they come. */
+async function preload(page, entry) {
+  const parts = [...before(entry)].map((name) => basename(name)).filter((name) => name !== entry);
+  const links = [
+    ...new Set(fonts.map((name) => `<link rel="preload" href="${basename(name)}" as="font" type="font/woff2" crossorigin />`)),
+    ...parts.map((name) => `<link rel="modulepreload" href="${name}" />`),
+  ];
   const index = join(out, page);
   const text = await readFile(index, "utf8");
   await writeFile(index, text.replace('<link rel="stylesheet"', `${links.join("\n    ")}\n    <link rel="stylesheet"`));

@@ -6,12 +6,14 @@ what a feed says changes with the time, too.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
 
 from hawk.exports.formats import FEEDS, Wanted
+from hawk.lots.answers import SurveyGround
 from hawk.lots.store import FILE_S
+from hawk.lots.values import NotFoundError
 from hawk.runtime.late import late_functions
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
 from hawk.web.v1.parameters import FeedOptions, Query, query_of
@@ -25,6 +27,9 @@ else:
     feeds, files, pictures = map(
         late_functions, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures")
     )
+
+TILE_CACHING: Final = "private, max-age=86400"
+"""A day: then a browser asks once whether the survey is there."""
 
 
 @answered
@@ -40,6 +45,36 @@ async def survey_file(request: web.Request) -> web.StreamResponse:
     content_type, data = await store.read(read, FILE_S)
     headers: dict[str, str] = {hdrs.CONTENT_DISPOSITION: f'attachment; filename="survey-{survey[:8]}{suffix}"'}
     return await made(request, lambda: Answer(data, content_type=content_type, headers=headers))
+
+
+@answered
+async def survey_ground(request: web.Request) -> web.StreamResponse:
+    """Places of the tiles of a survey's picture."""
+    query_of(request, Query)
+    survey = request.match_info["id"]
+    store = await opened(request)
+
+    def read(connection: Connection) -> SurveyGround:
+        return files.tiles_of(connection, survey, pictures.pictures_of(store.path))
+
+    async with in_time(BUSY):
+        found = await store.read(read)
+    return await made(request, lambda: Answer(found))
+
+
+@answered
+async def survey_tile(request: web.Request) -> web.StreamResponse:
+    """A tile of a survey's picture. A picture never changes: a browser keeps its tiles."""
+    query_of(request, Query)
+    survey = request.match_info["id"]
+    key = int(request.match_info["row"]), int(request.match_info["column"])
+    store = await opened(request)
+    async with in_time(BUSY):
+        data = await store.read(lambda _: pictures.pictures_of(store.path).tile(survey, key))
+    if data is None:
+        raise NotFoundError("row: there is no tile at this row and column")
+    headers: dict[str, str] = {hdrs.CACHE_CONTROL: TILE_CACHING}
+    return await made(request, lambda: Answer(data, content_type="image/jpeg", headers=headers))
 
 
 @answered

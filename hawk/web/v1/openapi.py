@@ -48,6 +48,8 @@ _FIELDS: Final = {
     "preview": "token of the preview",
     "kind": "kind of the file; `zip` holds the rasters",
     "feed": "name of the feed",
+    "row": "row of the tile",
+    "column": "column of the tile",
 }
 """Fields of paths."""
 _SCHEMAS: Final = "#/components/schemas/"

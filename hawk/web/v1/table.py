@@ -214,6 +214,10 @@ _RECORDINGS: Final = (
 _FEEDS: Final = (
     Operation("GET", "/lots/{id}/feeds/{feed}", "feed", f"A lot in the words of a receiver: {_NAMED}", FEEDS,
               exports.feed, None, parameters.FeedOptions, content_types=_FEED_TYPES),
+    Operation("GET", "/surveys/{id}/ground", "survey_ground", "Where the tiles of a survey's picture lie", SURVEYS,
+              exports.survey_ground, lots.SurveyGround),
+    Operation("GET", "/surveys/{id}/ground/{row}/{column}", "survey_tile", "A tile of a survey's picture", SURVEYS,
+              exports.survey_tile, None, content_types=("image/jpeg",)),
     Operation("GET", "/surveys/{id}/files/{kind}", "survey_file", "A survey as a file; 409 where it cannot be drawn",
               FEEDS, exports.survey_file, None, content_types=_FILES),
 )  # fmt: skip

@@ -24,6 +24,8 @@ PATTERNS: Final = {
     "survey": "[0-9a-f-]{36}",
     "token": "[A-Za-z0-9_-]{8,64}",
     "preview": "[0-9a-f]{32}",
+    "row": "-?[0-9]{1,6}",
+    "column": "-?[0-9]{1,6}",
     "kind": "|".join(each.removeprefix(".") for each in CONTENT_TYPES),
     "feed": "|".join(FEEDS),
 }
@@ -44,6 +46,8 @@ WORDS: Final[Mapping[str, str]] = {
     "/lots/import": f"there is no preview with this id; POST {ROOT}/lots/import makes one",
     "/lots/{id}/plan/import": f"there is no preview with this id; POST {ROOT}/lots/{{id}}/plan/import makes one",
     "/lots/{id}/feeds": f"there is no feed with this name; there are {', '.join(FEEDS)}",
+    "/surveys/{id}/ground": f"there is no tile at this place; GET {ROOT}/surveys/{{id}}/ground lists the tiles",
+    "/surveys/{id}/ground/{row}": f"there is no tile at this place; GET {ROOT}/surveys/{{id}}/ground lists the tiles",
     "/surveys/{id}/files": f"there is no file of this kind; there are {PATTERNS['kind'].replace('|', ', ')}",
     "/features/collections": f"there is no collection with this name; GET {ROOT}/features/collections lists them",
     "/features/collections/{collection}/items": (
@@ -61,6 +65,7 @@ _KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "recording": ("/recordings",),
     "feed": ("/feeds",),
     "feature": ("/items",),
+    "row": ("/ground",),
 }
 """Field of an error of the store -> ends of the templates before the field of the path that is meant."""
 

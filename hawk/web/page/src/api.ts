@@ -734,6 +734,15 @@ export interface SurveyFeature {
   properties: Record<string, unknown>;
 }
 
+/** Picture of the ground that a survey mapped, as square tiles of JPEG in the survey's own frame. */
+export interface SurveyGround {
+  datum: [number, number];
+  place: SurveyPlace;
+  cells: number;
+  cell_m: number;
+  tiles: [number, number][];
+}
+
 /** Part of the list of surveys. */
 export interface SurveyList {
   next: string | null;

@@ -1,5 +1,6 @@
 import { browserTimers, openBrowserSocket, socketUrl } from "./link/socket.ts";
 import { Voice } from "./link/voice.ts";
+import { followWindow, Route, windowAddress } from "./route/route.ts";
 import { Operator } from "./state/operator.ts";
 import { PageLanguage } from "./state/page-language.ts";
 import { App } from "./ui/app.ts";
@@ -59,8 +60,16 @@ async function logOut(): Promise<void> {
   else operator.toasts.show({ level: "error", text: say("log-out-unanswered") });
 }
 
+const route = new Route(windowAddress());
+followWindow(route);
+
+/** The operator's presence ends with the page: while the motors are on the browser asks before it goes. */
+window.addEventListener("beforeunload", (event) => {
+  if (operator.isFlyingIt) event.preventDefault();
+});
+
 for (const app of document.querySelectorAll("hawk-app")) {
-  if (app instanceof App) app.model = operator;
+  if (app instanceof App) Object.assign(app, { model: operator, route });
 }
 operator.connect();
 

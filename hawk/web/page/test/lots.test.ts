@@ -62,7 +62,7 @@ describe("the lots", () => {
     const stage = await shown();
     const links = [...stage.part.querySelectorAll("a[download]")].map((link) => link.getAttribute("href"));
     assert.deepEqual(links, ["csv", "geojson", "gpkg", "kmz", "png"].map((kind) => `api/v1/surveys/n/files/${kind}`));
-    assert.equal(stage.part.querySelector("a:not([download])")?.getAttribute("href"), "archive");
+    assert.equal(stage.part.querySelector("a:not([download])")?.getAttribute("href"), "#/lots");
   });
 
   it("are renamed", async () => {

@@ -10,6 +10,7 @@ Object.defineProperty(Object.getPrototypeOf(document.createElement("canvas")), "
 Object.assign(globalThis, {
   ResizeObserver: class {
     observe = (): void => undefined;
+    unobserve = (): void => undefined;
     disconnect = (): void => undefined;
   },
   Path2D: class {

@@ -1,7 +1,7 @@
 import "./dom.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
-import type { PlanView } from "../src/archive/plan-view.ts";
+import type { PlanView } from "../src/views/plan-view.ts";
 import { Replay } from "../src/replay/app.ts";
 import { clockOf, type Event, lastAt, type Line, stateAt } from "../src/replay/line.ts";
 import { settle } from "./fakes.ts";

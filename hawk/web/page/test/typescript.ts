@@ -15,7 +15,7 @@ registerHooks({
 /** Components use decorators, which Node cannot strip as it strips types: the page's own bundler translates them. */
 registerHooks({
   load(url, context, next) {
-    if (!url.includes("/src/ui/") && !url.includes("/src/archive/") && !url.includes("/src/replay/")) return next(url, context);
+    if (!/\/src\/(ui|views|shell|replay)\//.test(url)) return next(url, context);
     const source = readFileSync(fileURLToPath(url), "utf8");
     const { code } = transformSync(source, {
       loader: "ts",

@@ -15,6 +15,7 @@ from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import Saved
+from hawk.model.lot_map import CELL_M, TILE_CELLS
 from tests.unit.exports.stored import mosaic
 from tests.unit.lots.surveys import survey
 from tests.unit.web.rig import Rig
@@ -68,6 +69,28 @@ async def test_a_survey_that_is_not_there_and_another_kind_are_refused(viewer: V
     assert (status, b"there is no survey" in data) == (404, True)
     status, _, data = await viewer.get(f"/api/v1/surveys/{viewer.survey}/files/exe")
     assert (status, json.loads(data)["field"], b"there are csv, geojson" in data) == (404, "kind", True)
+
+
+async def test_the_picture_of_a_survey_comes_in_tiles_with_their_place(viewer: Viewer, rig: Rig) -> None:
+    at = f"/api/v1/surveys/{viewer.survey}/ground"
+    status, _, data = await viewer.get(at)
+    found = json.loads(data)
+    assert status == 200
+    assert sorted(map(tuple, found["tiles"])) == sorted(mosaic())
+    assert found["place"] == {"north": 0.0, "east": 0.0, "turn": 0.0}
+    assert (found["cells"], found["cell_m"]) == (TILE_CELLS, CELL_M)
+    assert found["datum"] == pytest.approx([survey().datum.latitude, survey().datum.longitude], abs=1e-6)
+    status, headers, data = await viewer.get(f"{at}/-1/2")
+    assert (status, headers["Content-Type"], data) == (200, "image/jpeg", mosaic()[-1, 2].data)
+    assert "max-age" in headers["Cache-Control"]
+    status, _, data = await viewer.get(f"{at}/-1/3")
+    assert (status, json.loads(data)["field"], b"/ground lists the tiles" in data) == (404, "row", True)
+    status, _, _ = await viewer.get(f"/api/v1/surveys/{'0' * 36}/ground")
+    assert status == 404
+    assert rig.lots is not None
+    pictures_of(rig.lots.path).remove(viewer.survey)
+    status, _, data = await viewer.get(at)
+    assert (status, json.loads(data)["tiles"]) == (200, []), "a survey whose picture is not kept any more"
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@ import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
 import type { Background } from "./background.ts";
 import { type Extent, type Sight, sightExtent, toPixel } from "./geometry.ts";
-import type { GroundTiles } from "./ground-tiles.ts";
+import { type GroundTiles, outOf } from "./ground-tiles.ts";
 import type { Palette } from "./palette.ts";
 import { northUp, WideCanvas } from "./wide-canvas.ts";
 
@@ -44,8 +44,12 @@ export class GroundLayer extends Layer {
     drawGrid(context, shown, sight, this.palette.grid);
     context.imageSmoothingQuality = "medium";
     this.background.draw(context, shown, resolution);
+    const { place } = this.tiles;
+    const seen = outOf(place, shown);
     const inSight = (east: number, north: number, side: number): boolean =>
-      east + side > shown[0] && north > shown[1] && east < shown[2] && north - side < shown[3];
+      east + side > seen[0] && north > seen[1] && east < seen[2] && north - side < seen[3];
+    context.translate(place.east / resolution, -place.north / resolution);
+    context.rotate(place.turn);
     this.tiles.draw(inSight, (picture, east, north, side) => {
       const length = side / resolution + 2 * OVERLAP_PX;
       context.drawImage(picture, east / resolution - OVERLAP_PX, -north / resolution - OVERLAP_PX, length, length);

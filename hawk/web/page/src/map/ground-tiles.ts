@@ -1,6 +1,6 @@
 import { type TileKey, tileName } from "../state/map-store.ts";
 import { cellAt, inflateTile, maskOf } from "../state/tile-data.ts";
-import type { Extent } from "./geometry.ts";
+import { type Coordinate, type Extent, extentOf } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import { changedSides, fade, seenWithRim, type Side, softened } from "./feather.ts";
 import { classPixels, leaveOutUnseen, veilPixels } from "./tile-picture.ts";
@@ -9,6 +9,19 @@ export interface Grid {
   cells: number;
   cellSize: number;
 }
+
+/** Brings the ground of one survey onto the map: a turn about its origin, radians clockwise, then a shift, metres. */
+export interface GroundPlace {
+  north: number;
+  east: number;
+  turn: number;
+}
+
+/** Where the picture of a tile is asked for. */
+export type TileAddress = (key: TileKey, version: number) => string;
+
+export const LIVE_TILE: TileAddress = ({ row, column }, version) => `api/mosaic/${row}/${column}.jpg?v=${version}`;
+const HERE: GroundPlace = { north: 0, east: 0, turn: 0 };
 
 interface GroundTile {
   key: TileKey;
@@ -36,6 +49,8 @@ export class GroundTiles {
   private scratch: HTMLCanvasElement | null = null;
   private pictured = true;
 
+  place: GroundPlace = HERE;
+  address: TileAddress = LIVE_TILE;
   private readonly grid: Grid;
   private readonly changed: () => void;
 
@@ -45,6 +60,14 @@ export class GroundTiles {
   ) {
     this.grid = grid;
     this.changed = changed;
+  }
+
+  /** Shows other ground: its tiles are asked for at another address, and lie elsewhere. */
+  show(address: TileAddress, place: GroundPlace): void {
+    this.clear();
+    this.address = address;
+    this.place = place;
+    this.changed();
   }
 
   clear(): void {
@@ -113,11 +136,14 @@ export class GroundTiles {
   /** Draws the pictures in an extent, metres right (east) and down (south) of the origin. Returns whether there was one. */
   drawPictures(context: CanvasRenderingContext2D, [west, south, east, north]: Extent): boolean {
     const side = this.grid.cells * this.grid.cellSize;
+    const [left, low, right, high] = outOf(this.place, [west, south, east, north]);
     let drawn = false;
+    context.translate(this.place.east, -this.place.north);
+    context.rotate(this.place.turn);
     for (const { key, picture } of this.tiles.values()) {
-      const [left, top] = [key.column * side, -key.row * side];
-      if (!picture || left > east || left + side < west || top < south || top - side > north) continue;
-      context.drawImage(picture, left, -top, side, side);
+      const [at, top] = [key.column * side, -key.row * side];
+      if (!picture || at > right || at + side < left || top < low || top - side > high) continue;
+      context.drawImage(picture, at, -top, side, side);
       drawn = true;
     }
     return drawn;
@@ -150,7 +176,7 @@ export class GroundTiles {
   private async fetchPicture(key: TileKey, version: number): Promise<void> {
     const generation = this.generation;
     try {
-      const response = await fetch(`api/mosaic/${key.row}/${key.column}.jpg?v=${version}`);
+      const response = await fetch(this.address(key, version));
       if (!response.ok) return;
       const jpeg = await response.blob();
       const mask = await maskOf(new Uint8Array(await jpeg.arrayBuffer()), this.grid.cells);
@@ -213,6 +239,16 @@ function seenPart(picture: ImageBitmap, mask: Uint8Array | null, size: number, s
   if (mask) leaveOutUnseen(mask, size, seen);
   fade(pixels.data, softened(seen, size));
   return pixels;
+}
+
+/** An extent of the map, in the frame of the ground: the smallest one there that holds it. */
+export function outOf({ north, east, turn }: GroundPlace, [west, south, right, top]: Extent): Extent {
+  const [sine, cosine] = [Math.sin(turn), Math.cos(turn)];
+  const places = [[west, south], [right, south], [right, top], [west, top]].map(([x = 0, y = 0]): Coordinate => {
+    const [across, up] = [x - east, y - north];
+    return [across * cosine - up * sine, across * sine + up * cosine];
+  });
+  return extentOf(places) ?? [west, south, right, top];
 }
 
 function newCanvas(size: number): HTMLCanvasElement {

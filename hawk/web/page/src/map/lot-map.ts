@@ -4,7 +4,7 @@ import type MapBrowserEvent from "ol/MapBrowserEvent.js";
 import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
-import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
+import type { MapChange, MapStore, Stall, TileKey } from "../state/map-store.ts";
 import type { Layers } from "../state/preferences.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { Background } from "./background.ts";
@@ -14,9 +14,10 @@ import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
-import { GroundTiles } from "./ground-tiles.ts";
+import { type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { PlanEditor, type PlanEditorEvents } from "./plan-editor.ts";
+import type { RowMark } from "./draw-labels.ts";
 import { cropExtent, upright } from "./stall-crop.ts";
 import { StallsLayer } from "./stalls-layer.ts";
 import { resize } from "./wide-canvas.ts";
@@ -86,6 +87,7 @@ export class LotMap {
     element: HTMLElement,
     grid: { cells: number; cellSize: number },
     events: LotMapEvents,
+    hasBackground = true,
   ) {
     this.element = element;
     this.events = events;
@@ -117,7 +119,7 @@ export class LotMap {
     this.sizeWatch = new ResizeObserver(() => this.sized());
     this.sizeWatch.observe(element);
     this.recolour();
-    void this.background.load();
+    if (hasBackground) void this.background.load();
   }
 
   dispose(): void {
@@ -204,6 +206,18 @@ export class LotMap {
     const beside = always ? Math.min(WIDE_PX, 0.15 * size[0]) : BESIDE_PX;
     if (always || !inView) this.view.fit(this.wanted, { padding: [76, beside, 60, beside], size });
     this.wanted = null;
+  }
+
+  /** Shows the ground of a stored survey in place of the live one. */
+  showGround(address: TileAddress, place: GroundPlace, tiles: readonly TileKey[]): void {
+    this.tiles.show(address, place);
+    for (const key of tiles) this.tiles.takePicture(key, 1);
+    this.redrawSoon();
+  }
+
+  /** Labels on the stalls, and letters at the begins of rows: as they are painted. */
+  showLabels(rows: readonly RowMark[]): void {
+    this.stalls.label(rows);
   }
 
   /** Takes what a heartbeat changed of the map. */

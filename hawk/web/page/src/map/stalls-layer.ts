@@ -1,6 +1,7 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
 import type { Stall } from "../state/map-store.ts";
+import { drawNumbers, drawRows, type RowMark } from "./draw-labels.ts";
 import { drawMarks, drawStalls } from "./draw-stalls.ts";
 import { type Sight, toPixel } from "./geometry.ts";
 import { SquarePictures } from "./square-pictures.ts";
@@ -12,9 +13,14 @@ import { WideCanvas } from "./wide-canvas.ts";
 export class StallsLayer extends Layer {
   private readonly index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
   private readonly pictures = new SquarePictures(this.index, (context, stalls, frame) => drawStalls(context, stalls, frame, detailAt(frame.resolution)));
+  /** Begins of rows; null: nothing is labelled. */
+  private rows: readonly RowMark[] | null = null;
   private readonly wide = new WideCanvas("stalls", (context, sight, frame) => {
     const squares = this.pictures.paint(context, sight, frame);
     if (detailAt(sight.resolution).marked) drawMarks(context, unclear(squares, sight));
+    if (this.rows === null) return;
+    for (const { stalls } of squares) drawNumbers(context, stalls.values(), sight);
+    drawRows(context, this.rows, sight);
   });
 
   constructor() {
@@ -24,6 +30,11 @@ export class StallsLayer extends Layer {
   clear(): void {
     this.index.clear();
     this.pictures.clear();
+    this.drawAgain();
+  }
+
+  label(rows: readonly RowMark[]): void {
+    this.rows = rows;
     this.drawAgain();
   }
 

@@ -1281,10 +1281,34 @@ escape-key = Esc
 tab-key = Tab
 enter-key = Enter
 
-## Lots over time: the page /archive, which has a bundle of its own
+## Lots over time: the views that are read when one is opened
 
 archive-title = Lots over time
-archive-to-map = Back to the map
+at-a-glance = The drone at a glance
+views = Views
+view-fly = Fly
+view-lots = Lots
+view-compare = Compare
+view-report = Report
+view-recordings = Recordings
+title-view = { $view } · { $lot }
+no-drone = No drone
+time-bar = Surveys by day and hour
+time-bar-before = The week before
+time-bar-after = The week after
+time-bar-not-counted = no figure uses it
+time-bar-more =
+    { $count ->
+        [one] and one more
+       *[other] and { $count } more
+    }
+archive-clock = Times are those of { $zone }
+archive-list = List of surveys
+archive-free-of = free of { $stalls } stalls
+archive-no-picture = The picture of this survey is not kept.
+archive-row = Row
+archive-view-parts = Parts of this view
+archive-ask-again = Ask again
 archive-lot = Lot
 archive-from = From
 archive-to = To

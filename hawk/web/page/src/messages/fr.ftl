@@ -1261,10 +1261,34 @@ escape-key = Échap
 tab-key = Tab
 enter-key = Entrée
 
-## Les parkings dans le temps : la page /archive
+## Les parkings dans le temps : les vues lues à l’ouverture
 
 archive-title = Les parkings dans le temps
-archive-to-map = Retour à la carte
+at-a-glance = Le drone en un coup d'œil
+views = Vues
+view-fly = Voler
+view-lots = Parkings
+view-compare = Comparer
+view-report = Rapport
+view-recordings = Enregistrements
+title-view = { $view } · { $lot }
+no-drone = Pas de drone
+time-bar = Relevés par jour et heure
+time-bar-before = La semaine d'avant
+time-bar-after = La semaine d'après
+time-bar-not-counted = aucun chiffre ne l'utilise
+time-bar-more =
+    { $count ->
+        [one] et un autre
+       *[other] et { $count } autres
+    }
+archive-clock = Les heures sont celles de { $zone }
+archive-list = Liste des relevés
+archive-free-of = libres sur { $stalls } places
+archive-no-picture = L'image de ce relevé n'est pas gardée.
+archive-row = Rangée
+archive-view-parts = Parties de cette vue
+archive-ask-again = Demander de nouveau
 archive-lot = Parking
 archive-from = Du
 archive-to = Au

@@ -1,11 +1,11 @@
 import { html, LitElement, nothing, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import { type Ground, groundOf, originOf, type Point } from "../archive/ground.ts";
-import type { Feature } from "../archive/link.ts";
-import { byState, type Shade } from "../archive/plan-view.ts";
-import "../archive/plan-view.ts";
-import { stateLegend } from "../archive/surveys-view.ts";
-import { wordsOf } from "../archive/view.ts";
+import { type Ground, groundOf, originOf, type Point } from "../views/ground.ts";
+import type { Feature } from "../views/survey-source.ts";
+import { byState, type Shade } from "../views/plan-view.ts";
+import "../views/plan-view.ts";
+import { stateLegend } from "../views/surveys-view.ts";
+import { wordsOf } from "../views/view.ts";
 import { read } from "../link/api.ts";
 import { number, say } from "../words/say.ts";
 import { clockOf, type Event, lastAt, type Line, SPEEDS, stateAt } from "./line.ts";

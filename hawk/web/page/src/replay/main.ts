@@ -1,4 +1,4 @@
-import { dressed } from "../archive/dressed.ts";
+import { dressed } from "../views/dressed.ts";
 import { Replay } from "./app.ts";
 
 for (const replay of document.querySelectorAll("hawk-replay")) {

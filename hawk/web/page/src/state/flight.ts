@@ -136,3 +136,8 @@ export function isFlying(heartbeat: Heartbeat | null): boolean {
   if (heartbeat.Armed === false) return false;
   return !GROUNDED.has(heartbeat.State) && heartbeat.Landed !== "ON_GROUND";
 }
+
+/** Whether somebody must be able to steer: the motors are on, or may be. */
+export function isSteered(heartbeat: Heartbeat | null): boolean {
+  return heartbeat !== null && (heartbeat.Armed === true || isFlying(heartbeat));
+}

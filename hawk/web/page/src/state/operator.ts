@@ -11,7 +11,7 @@ import { Controlling } from "./controlling.ts";
 import { DaemonClock } from "./daemon-clock.ts";
 import type { Drawing } from "./drawing.ts";
 import { FenceEditing } from "./fence-edit.ts";
-import { Flight } from "./flight.ts";
+import { Flight, isSteered } from "./flight.ts";
 import { HiddenPage } from "./hidden-page.ts";
 import { Measure } from "./measure.ts";
 import { type MapChange, MapStore } from "./map-store.ts";
@@ -201,6 +201,12 @@ export class Operator extends EventTarget {
       units: this.preferences.units,
       selfDisarmed: this.selfDisarmed,
     };
+  }
+
+  /** This operator is in control while the motors are on, as far as the page knows. */
+  get isFlyingIt(): boolean {
+    const { heartbeat } = this.flight;
+    return isSteered(heartbeat) && heartbeat?.["In Control"] === true;
   }
 
   /** Seconds of this page's clock. */

@@ -17,6 +17,11 @@ export class Picture {
     this.shownAt = at;
   }
 
+  /** Nothing is shown any more: what is not shown has no age. */
+  left(): void {
+    this.shownAt = null;
+  }
+
   /** Seconds since the light of the last picture was caught; null before the first. */
   age(now: number): number | null {
     if (this.shownAt === null) return null;

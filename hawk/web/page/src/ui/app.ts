@@ -1,9 +1,18 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
-import { customElement, query, state } from "lit/decorators.js";
-import { isFlying } from "../state/flight.ts";
+import { customElement, property, query, state } from "lit/decorators.js";
+import type { ListedLot } from "../api.ts";
+import { orNull, readAll } from "../link/api.ts";
+import { VIEWS } from "../route/place.ts";
+import { Route } from "../route/route.ts";
+import { type DroneChip, viewLinks } from "../shell/top-bar.ts";
+import { LateViews } from "../shell/views.ts";
+import { isFlying, isSteered } from "../state/flight.ts";
 import type { Operator } from "../state/operator.ts";
+import type { LanguageChoice } from "../state/preferences.ts";
+import { isViewer } from "../words/actions.ts";
 import { stateWords } from "../words/glance.ts";
-import { say } from "../words/say.ts";
+import { language, say } from "../words/say.ts";
+import type { View } from "../words/view.ts";
 import { stallCount } from "./counts-card.ts";
 import { leaveByEscape } from "./escape.ts";
 import { icon } from "./icons.ts";
@@ -31,10 +40,12 @@ import "./video-panel.ts";
 type Panel = "none" | "menu" | "actions" | "keys";
 const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as const;
 
-/** The page: glance line, banner, map with video and side column, bar. */
+/** The page: the views, and in Fly glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
 export class App extends LitElement {
   model!: Operator;
+  @property({ attribute: false }) route = new Route();
+  @state() private lots: ListedLot[] | null = null;
   @state() private panel: Panel = "none";
   @state() private survey = false;
   @state() private swapped = false;
@@ -42,6 +53,7 @@ export class App extends LitElement {
   @query("hawk-map") private map!: MapPanel;
   private landedAt: string | null = null;
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
+  readonly late = new LateViews(() => this.requestUpdate());
 
   constructor() {
     super();
@@ -53,10 +65,13 @@ export class App extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     document.addEventListener("keydown", this.key);
+    this.route.addEventListener("change", this.moved);
+    void this.listLots();
   }
 
   override disconnectedCallback(): void {
     document.removeEventListener("keydown", this.key);
+    this.route.removeEventListener("change", this.moved);
     super.disconnectedCallback();
   }
 
@@ -71,26 +86,50 @@ export class App extends LitElement {
     const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
     if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
-    if (view.welcome?.Desk) document.title = say("title", { state: say("desk-words") });
-    else document.title = say(view.welcome?.Simulation ? "title-simulation" : "title", { state: stateWords(view).title });
+    document.title = this.titleOf(view);
+  }
+
+  private titleOf(view: View): string {
+    const { place } = this.route;
+    const lot = this.lots?.find(({ id }) => id === place.lot);
+    if (place.view !== "fly") return say("title-view", { view: say(`view-${place.view}`), lot: lot?.name ?? "Parking Lot Hawk" });
+    if (view.welcome?.Desk) return say("title", { state: say("desk-words") });
+    return say(view.welcome?.Simulation ? "title-simulation" : "title", { state: stateWords(view).title });
   }
 
   override render(): TemplateResult {
-    const model = this.model;
-    if (model.flight.welcome?.Desk === true) return this.desk(model);
-    const simulated = model.flight.welcome?.Simulation === true;
-    const main = [this.swapped ? "swapped" : "", this.survey || model.plan.open ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
-    return html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>
-      ${simulated ? html`<div class="simline" role="region" aria-label=${say("simulation")}><b>${say("simulation-mark")}</b> ${say("no-real-drone")}</div>` : nothing}
-      <hawk-glance .model=${model}></hawk-glance>
-      <div class="strips">
-        <hawk-banner .model=${model}></hawk-banner>
-        <hawk-control .model=${model}></hawk-control>
-        <hawk-earlier .model=${model}></hawk-earlier>
-      </div>
-      <main class=${main}>
+    const { model } = this;
+    const view = model.view();
+    const isDesk = view.welcome?.Desk === true;
+    const isAway = this.route.place.view !== "fly";
+    const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
+    return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
+      ${this.line(view, isDesk)}
+      <hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
+      ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
+      ${flies || !isAway ? html`<div class="strips">
+            <hawk-banner .model=${model}></hawk-banner>
+            ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model}></hawk-earlier>`}
+          </div>` : nothing}
+      ${isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
+      ${isAway ? html`<div class="view" role="main">${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view) }, language())}</div>` : nothing}
+      ${isDesk ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
+      ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>` : nothing}`;
+  }
+
+  private line(view: View, isDesk: boolean): TemplateResult | typeof nothing {
+    if (isDesk) return html`<div class="simline desk" role="region" aria-label=${say("desk")}><b>${say("desk-mark")}</b> ${say("desk-words")}</div>`;
+    if (view.welcome?.Simulation !== true) return nothing;
+    return html`<div class="simline" role="region" aria-label=${say("simulation")}><b>${say("simulation-mark")}</b> ${say("no-real-drone")}</div>`;
+  }
+
+  /** Map, video and side column stay while another view is shown: what they hold is there at once again. */
+  private flight(model: Operator, isAway: boolean): TemplateResult {
+    const main = [isAway ? "away" : "", this.swapped ? "swapped" : "", this.survey || model.plan.open ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
+    return html`<main class=${main}>
+        <h1 class="unseen">Parking Lot Hawk</h1>
         <hawk-map .model=${model}></hawk-map>
-        <hawk-video .model=${model}></hawk-video>
+        ${isAway ? nothing : html`<hawk-video .model=${model}></hawk-video>`}
         <aside class="side">
           ${model.plan.open
             ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>`
@@ -100,21 +139,30 @@ export class App extends LitElement {
                 <hawk-tabs .model=${model} .chosen=${this.tab}></hawk-tabs>`}
         </aside>
         ${this.sheet()}
-        <hawk-kill .model=${model}></hawk-kill>
-      </main>
-      <hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>`;
+      </main>`;
   }
 
   /** Without a drone: lots and plans alone. */
-  private desk(model: Operator): TemplateResult {
-    return html`<div class="simline desk" role="region" aria-label=${say("desk")}><h1>${say("desk-mark")}</h1> ${say("desk-words")}</div>
-      <div class="strips"><hawk-banner .model=${model}></hawk-banner></div>
-      <main class="surveyed">
+  private desk(model: Operator, isAway: boolean): TemplateResult {
+    return html`<main class="surveyed ${isAway ? "away" : ""}">
+        <h1 class="unseen">Parking Lot Hawk</h1>
         <hawk-map .model=${model}></hawk-map>
         <aside class="side">
           ${model.plan.open ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}
         </aside>
       </main>`;
+  }
+
+  private readonly moved = (): void => {
+    if (this.route.place.view !== "fly") void this.listLots();
+    this.requestUpdate();
+  };
+
+  /** The lots to choose from; the first one where the address names none. */
+  private async listLots(): Promise<void> {
+    this.lots = (await orNull(readAll<ListedLot>("lots"))) ?? this.lots;
+    const [first] = this.lots ?? [];
+    if (first && !this.lots?.some(({ id }) => id === this.route.place.lot)) this.route.settle({ lot: first.id });
   }
 
   private sheet(): TemplateResult | typeof nothing {
@@ -126,7 +174,7 @@ export class App extends LitElement {
   }
 
   private inSheet(panel: Exclude<Panel, "none">): TemplateResult {
-    if (panel === "menu") return html`<hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
+    if (panel === "menu") return html`<div class="views">${viewLinks(VIEWS, this.route)}</div><hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
     if (panel === "keys") return html`<hawk-keys .model=${this.model}></hawk-keys>`;
     return html`<hawk-more .model=${this.model} @click=${() => this.leaveActions()}></hawk-more>`;
   }
@@ -150,6 +198,7 @@ export class App extends LitElement {
   }
 
   private open(what: string): void {
+    if (this.route.place.view !== "fly" && what !== "close") this.route.go({ view: "fly" });
     if (what === "swap") this.swapped = !this.swapped;
     else if (what === "survey") this.survey = true;
     else if (what === "close") this.survey = false;
@@ -201,4 +250,11 @@ export class App extends LitElement {
     document.documentElement.dataset.theme = shown;
     document.documentElement.classList.toggle("left", leftHanded);
   }
+}
+
+/** What the bar says of the drone where the line of its state is not shown. */
+function chipOf(view: View): DroneChip {
+  if (view.welcome?.Desk) return { title: say("no-drone"), detail: say("desk"), tone: "idle" };
+  const { title, short, tone } = stateWords(view);
+  return { title, detail: typeof short === "string" ? short : "", tone };
 }

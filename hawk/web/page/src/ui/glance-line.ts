@@ -15,8 +15,7 @@ export class GlanceLine extends Part {
   override render(): TemplateResult {
     const view = this.model.view();
     const words = stateWords(view);
-    return html`<header class="glance">
-      <h1 class="unseen">Parking Lot Hawk</h1>
+    return html`<section class="glance" aria-label=${say("at-a-glance")}>
       <div class="cell state">
         <i class="mark ${words.tone}"></i>
         <div>
@@ -31,7 +30,7 @@ export class GlanceLine extends Part {
         <button class="plain menu" aria-label=${say("menu")} @click=${() => this.open("menu")}>${icon("menu")}</button>
         ${isViewer(view) ? nothing : this.cutButton(view)}
       </div>
-    </header>`;
+    </section>`;
   }
 
   private chip(view: View): TemplateResult {

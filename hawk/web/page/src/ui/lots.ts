@@ -28,7 +28,7 @@ export class LotsList extends Part {
     const { known } = this;
     if (known === null || known.lots.length + known.undecided.length === 0) return nothing;
     return html`<section class="lots" aria-label=${say("lots")}>
-      <b>${say("lots")}</b> <a href="archive">${say("lots-over-time")}</a>
+      <b>${say("lots")}</b> <a href="#/lots">${say("lots-over-time")}</a>
       ${repeat(known.undecided, ID, (survey) => this.question(survey, known.lots))}
       <ul @lot-changed=${() => this.ask()}>${repeat(
         known.lots,

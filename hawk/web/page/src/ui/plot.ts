@@ -1,6 +1,6 @@
 import { html, LitElement, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query } from "lit/decorators.js";
-import uPlot from "uplot";
+import type uPlot from "uplot";
 import { FONT_FAMILY } from "../font.ts";
 import { say } from "../words/say.ts";
 
@@ -38,7 +38,7 @@ export class Plot extends LitElement {
   override updated(changed: PropertyValues<this>): void {
     if (!this.isConnected) return;
     if (changed.has("theme") || changed.has("top")) this.unmake();
-    if (!this.plot) this.make();
+    if (!this.plot) void this.make();
     else this.plot.setData(this.series);
   }
 
@@ -53,12 +53,15 @@ export class Plot extends LitElement {
     this.plot = null;
   }
 
-  private make(): void {
+  /** The library is read when the first curve is shown. */
+  private async make(): Promise<void> {
+    const { default: UPlot } = await import("uplot");
+    if (!this.isConnected || this.plot) return;
     this.sizes.observe(this.holder);
     const style = getComputedStyle(this);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--text2"), font: FONT, ticks: { show: false } };
-    this.plot = new uPlot(
+    this.plot = new UPlot(
       {
         width: Math.max(120, this.holder.clientWidth),
         height: HEIGHT,

@@ -34,6 +34,7 @@ export class VideoPanel extends Part {
     document.removeEventListener("visibilitychange", this.visibility);
     this.small?.close();
     this.link?.stop();
+    this.model.picture.left();
     super.disconnectedCallback();
   }
 

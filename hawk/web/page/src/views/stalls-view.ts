@@ -4,7 +4,7 @@ import type { Observation, StallsUse, SurveysUse } from "../api.ts";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
+import type { Features } from "./survey-source.ts";
 import type { Shade } from "./plan-view.ts";
 import "./plan-view.ts";
 import { Asked, View } from "./view.ts";
@@ -59,7 +59,7 @@ export class StallsView extends View {
       <p>${say("archive-stall-share", { surveys: found.surveys })} ${share(found)}</p>
       ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
       <ol class="looks">${(value ?? []).map(
-        (look) => html`<li><i class="key ${look.state}"></i>${moment(look.observed)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
+        (look) => html`<li><i class="key ${look.state}"></i>${moment(look.observed, this.listed.value?.clock)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
       )}</ol></section>`;
   }
 }

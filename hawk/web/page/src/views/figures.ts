@@ -1,5 +1,6 @@
 import type { Bracket, Estimate } from "../api.ts";
 import { number, say } from "../words/say.ts";
+import { onClock } from "./time-bar-days.ts";
 
 const NONE = "–";
 
@@ -23,12 +24,10 @@ export function bracket({ low, high }: Bracket, decimals = 0): string {
   return say("archive-from-to", { low: number(low, decimals), high: number(high, decimals) });
 }
 
-/** Day and time on the browser's clock: 2026-05-04 10:30. */
-export function moment(iso: string): string {
-  const date = new Date(iso);
-  if (Number.isNaN(date.getTime())) return NONE;
-  const two = (value: number): string => String(value).padStart(2, "0");
-  return `${date.getFullYear()}-${two(date.getMonth() + 1)}-${two(date.getDate())} ${two(date.getHours())}:${two(date.getMinutes())}`;
+/** Day and time on the clock of a lot: 2026-05-04 10:30; without a time zone on the browser's. */
+export function moment(iso: string, zone?: string): string {
+  if (Number.isNaN(Date.parse(iso))) return NONE;
+  return new Date(onClock(iso, zone)).toISOString().slice(0, 16).replace("T", " ");
 }
 
 /** The class of a share of looks, 0 to 4, by which a stall is coloured; -1 without looks. */

@@ -52,7 +52,7 @@ export function curves(value: Figures, listed: SurveysUse | null): TemplateResul
   const shares = hours.map((hour) => value.hours.find((each) => each.hour === hour)?.occupancy ?? none);
   const counted = (listed?.surveys ?? []).filter((row) => row.left_out_code === "").toSorted((a, b) => a.ended.localeCompare(b.ended));
   return html`<section class="card"><h2>${say("archive-over-day")}</h2><archive-curve .at=${hours} .shares=${shares} .label=${say("archive-over-day")}></archive-curve></section>
-    ${counted.length < 2 ? nothing : html`<section class="card"><h2>${say("archive-over-time")}</h2><archive-curve isTime .at=${counted.map((row) => Date.parse(row.ended) / 1000)} .shares=${counted.map((row) => row.occupancy)} .label=${say("archive-over-time")}></archive-curve></section>`}`;
+    ${counted.length < 2 ? nothing : html`<section class="card"><h2>${say("archive-over-time")}</h2><archive-curve isTime .zone=${value.clock} .at=${counted.map((row) => Date.parse(row.ended) / 1000)} .shares=${counted.map((row) => row.occupancy)} .label=${say("archive-over-time")}></archive-curve></section>`}`;
 }
 
 /** The figures of a lot or a part of it, each with its interval. */

@@ -1,17 +1,6 @@
-import type { AboutSurvey, Changed, Figures, Observation, StallsUse, SurveysUse } from "../api.ts";
-import { API, type Part, query, read } from "../link/api.ts";
-
-/** A survey as the drone's GeoJSON has it. */
-export interface Features {
-  hawk: AboutSurvey;
-  features: Feature[];
-}
-
-export interface Feature {
-  id: string;
-  geometry: { type: string; coordinates: unknown };
-  properties: { amenity?: string; ref?: string; label?: string | null; state?: string; parking_space?: string; taken_probability?: number | null };
-}
+import type { Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
+import { API, orNull, type Part, query, read } from "../link/api.ts";
+import { type Features, onMap, type SurveyOnMap } from "./survey-source.ts";
 
 /** Days of the period, as 2026-05-04; "" without that end. */
 export interface Period {
@@ -26,11 +15,13 @@ const LOOKS_SHOWN = 30;
 /** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
 export class LotSource {
   readonly base: string;
+  private readonly isShared: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
 
   constructor(base: string, now: () => number = Date.now) {
     this.base = `${API}/${base}`;
+    this.isShared = base.startsWith("shared/");
     this.now = now;
   }
 
@@ -40,15 +31,15 @@ export class LotSource {
   }
 
   surveys(period: Period): Promise<SurveysUse> {
-    return this.once(`statistics/surveys${query({ ...period, time_zone: zone() })}`);
+    return this.once(`statistics/surveys${query({ ...period })}`);
   }
 
   statistics(period: Period, by = ""): Promise<Figures> {
-    return this.once(`statistics${query({ ...period, by, time_zone: zone() })}`);
+    return this.once(`statistics${query({ ...period, by })}`);
   }
 
   heat(period: Period): Promise<StallsUse> {
-    return this.once(`statistics/stalls${query({ ...period, time_zone: zone() })}`);
+    return this.once(`statistics/stalls${query({ ...period })}`);
   }
 
   between(before: string, after: string): Promise<Changed> {
@@ -65,18 +56,23 @@ export class LotSource {
     return this.once(`surveys/${survey}/stalls`);
   }
 
+  /** A survey with its picture; a link shows no picture. */
+  async onMap(survey: string): Promise<SurveyOnMap | null> {
+    const ground = this.isShared ? null : orNull(this.ask<SurveyGround>(`${API}/surveys/${survey}/ground`));
+    return onMap(survey, await this.features(survey), await ground);
+  }
+
   private once<T>(path: string): Promise<T> {
+    return this.ask(`${this.base}/${path}`);
+  }
+
+  private ask<T>(address: string): Promise<T> {
     const now = this.now();
-    const found = this.kept.get(path);
+    const found = this.kept.get(address);
     if (found && now - found.at < KEPT_MS) return found.answer as Promise<T>;
-    const answer = read<T>(`${this.base}/${path}`);
-    this.kept.set(path, { at: now, answer });
-    answer.catch(() => this.kept.delete(path));
+    const answer = read<T>(address);
+    this.kept.set(address, { at: now, answer });
+    answer.catch(() => this.kept.delete(address));
     return answer;
   }
-}
-
-/** Days and hours are those of the browser's clock. */
-function zone(): string {
-  return Intl.DateTimeFormat().resolvedOptions().timeZone;
 }

@@ -6,7 +6,7 @@ import { percent } from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { amount, moment } from "./figures.ts";
 import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
+import type { Features } from "./survey-source.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { stateLegend, warning } from "./surveys-view.ts";
@@ -58,7 +58,7 @@ export class CompareView extends View {
   private choice(end: "before" | "after", chosen: SurveyUse, surveys: SurveyUse[]): TemplateResult {
     return html`<label>${say(`archive-${end}`)}
       <select @change=${(event: Event) => this.go({ [end]: (event.target as HTMLSelectElement).value })}>
-        ${surveys.map((row) => html`<option value=${row.id} ?selected=${row.id === chosen.id}>${moment(row.ended)}</option>`)}
+        ${surveys.map((row) => html`<option value=${row.id} ?selected=${row.id === chosen.id}>${moment(row.ended, this.listed.value?.clock)}</option>`)}
       </select></label>`;
   }
 
@@ -70,12 +70,12 @@ export class CompareView extends View {
     if (one === null || other === null || origin === null) return nothing;
     const [first, second] = [groundOf(one.features, origin), groundOf(other.features, origin)];
     const ground = [first, second].map((each): Ground => ({ ...each, box: around(first, second) }));
-    const label = (row: SurveyUse): string => `${moment(row.ended)}: ${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}`;
+    const label = (row: SurveyUse): string => `${moment(row.ended, this.listed.value?.clock)}: ${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}`;
     return html`<div class="swipe" ${cssVars({ "--share": `${this.share}%` })}>
         <archive-plan .ground=${ground[0]} .shades=${byState(first.stalls)} .label=${label(before)}></archive-plan>
         <archive-plan class="over" .ground=${ground[1]} .shades=${byState(second.stalls)} .label=${label(after)}></archive-plan>
       </div>
-      <label class="slider"><span>${say("archive-swipe", { before: moment(before.ended), after: moment(after.ended) })}</span>
+      <label class="slider"><span>${say("archive-swipe", { before: moment(before.ended, this.listed.value?.clock), after: moment(after.ended, this.listed.value?.clock) })}</span>
         <input type="range" min="0" max="100" .value=${String(this.share)} @input=${(event: Event) => (this.share = Number((event.target as HTMLInputElement).value))} /></label>
       ${stateLegend()}`;
   }

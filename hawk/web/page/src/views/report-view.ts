@@ -5,7 +5,7 @@ import { say } from "../words/say.ts";
 import { behind, curves, partsTable, useTable } from "./figures-view.ts";
 import { moment, share } from "./figures.ts";
 import { groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
+import type { Features } from "./survey-source.ts";
 import { byState } from "./plan-view.ts";
 import "./plan-view.ts";
 import { sourceOf, stateLegend, warning } from "./surveys-view.ts";
@@ -45,7 +45,7 @@ export class ReportView extends View {
         ${row ? this.newest(row) : nothing}
         ${found.whole === null ? html`<p>${say("archive-none-counts")}</p>` : html`${useTable(found.whole)} ${curves(found, listed)}`}
         ${found.parts.length < 2 ? nothing : html`<h3>${say("archive-by-zone")}</h3>${partsTable(found)}`}
-        <h3>${say("archive-method")}</h3><p>${method(listed.surveys)} ${say("archive-method-words")}</p>
+        <h3>${say("archive-method")}</h3><p>${method(listed.surveys, listed.clock)} ${say("archive-method-words")}</p>
         <h3>${say("archive-limits")}</h3><p>${say("archive-limits-words")}</p>
         <p class="sub">${row?.program ?? ""}</p>
       </article>`;
@@ -55,15 +55,15 @@ export class ReportView extends View {
     const origin = originOf(this.shown.value?.features ?? []);
     const ground = origin === null ? null : groundOf(this.shown.value?.features ?? [], origin);
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
-    return html`<h3>${say("archive-survey-of", { when: moment(row.ended) })}</h3>${warning(row)}
+    return html`<h3>${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}</h3>${warning(row)}
       <p><b>${counts}</b> · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
       ${ground === null ? nothing : html`<archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${counts}></archive-plan>${stateLegend()}`}`;
   }
 }
 
 /** Who took the pictures: the drone, or others, with their dates. */
-function method(surveys: SurveyUse[]): string {
-  const taken = surveys.filter(({ source }) => source !== "").map((row) => say("archive-method-source", { source: sourceOf(row), when: moment(row.ended) }));
+function method(surveys: SurveyUse[], clock: string): string {
+  const taken = surveys.filter(({ source }) => source !== "").map((row) => say("archive-method-source", { source: sourceOf(row), when: moment(row.ended, clock) }));
   const flown = surveys.some(({ source }) => source === "") ? [say("archive-method-flown")] : [];
   return [...flown, ...taken].join(" ");
 }

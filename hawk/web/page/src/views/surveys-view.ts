@@ -3,25 +3,32 @@ import { customElement } from "lit/decorators.js";
 import type { SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
+import { partsOf } from "../map/draw-labels.ts";
+import type { CountedState } from "../state/map-store.ts";
 import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
-import { groundOf, originOf } from "./ground.ts";
-import type { Features } from "./link.ts";
-import { byState } from "./plan-view.ts";
-import "./plan-view.ts";
+import "./survey-map.ts";
+import type { SurveyOnMap } from "./survey-source.ts";
+import "./time-bar.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 /** The surveys of a lot by date, and one of them. */
 @customElement("archive-surveys")
 export class SurveysView extends View {
   private readonly listed = new Asked<SurveysUse>(this);
-  private readonly shown = new Asked<Features>(this);
+  private readonly shown = new Asked<SurveyOnMap | null>(this);
 
   override willUpdate(): void {
     const { from, to, lot } = this.place;
     this.listed.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.surveys({ from, to }));
-    const { survey } = this.place;
-    if (survey !== "") this.shown.ask(`${lot} ${survey}`, () => this.source.features(survey));
+    const survey = this.chosen()?.id;
+    if (survey !== undefined) this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
+  }
+
+  /** The survey that the address names; else the newest one that counts. */
+  private chosen(): SurveyUse | undefined {
+    const surveys = this.listed.value?.surveys ?? [];
+    return surveys.find(({ id }) => id === this.place.survey) ?? surveys.find((row) => row.left_out_code === "") ?? surveys[0];
   }
 
   override render(): TemplateResult {
@@ -29,8 +36,12 @@ export class SurveysView extends View {
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     if (value.surveys.length === 0) return html`<p>${say("archive-no-survey")}</p>`;
-    const chosen = value.surveys.find(({ id }) => id === this.place.survey);
-    return html`${chosen ? this.one(chosen) : nothing} ${this.table(value.surveys)}`;
+    const chosen = this.chosen();
+    return html`<div class="lot">
+        ${chosen ? this.one(chosen) : nothing}
+        <hawk-time-bar .surveys=${value.surveys} .chosen=${chosen ? [chosen.id] : []} .zone=${value.clock} @survey=${(event: CustomEvent<string>) => this.go({ survey: event.detail, stall: "" })}></hawk-time-bar>
+      </div>
+      <details class="card"><summary>${say("archive-list")}</summary>${this.table(value.surveys)}</details>`;
   }
 
   private table(surveys: SurveyUse[]): TemplateResult {
@@ -38,7 +49,7 @@ export class SurveysView extends View {
       <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${surveys.map(
         (row) => html`<tr class=${row.id === this.place.survey ? "on" : ""}>
-          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended)}</button></th>
+          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended, this.listed.value?.clock)}</button></th>
           ${named("archive-free", row.free)}${named("archive-taken", row.taken)}${named("archive-unknown", row.unknown)}
           ${named("archive-occupancy", share(row.occupancy))}<td>${notes(row)}</td>
         </tr>`,
@@ -48,15 +59,18 @@ export class SurveysView extends View {
 
   private one(row: SurveyUse): TemplateResult {
     const { value, problem } = this.shown;
-    return html`<section class="card" aria-label=${say("archive-survey-of", { when: moment(row.ended) })}>
-      <h2>${say("archive-survey-of", { when: moment(row.ended) })}</h2>
-      ${warning(row)}
-      <p><b>${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}</b> · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
-      ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
-      ${value === null ? nothing : drawn(value, row)}
-      <p class="sub">${[sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
-      ${this.mayChange ? this.actions(row) : nothing}
-    </section>`;
+    const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
+    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
+      <section class="card about" aria-label=${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}>
+        <h2>${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}</h2>
+        <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls: row.free + row.taken + row.unknown })}</p>
+        <p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
+        ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
+        ${value === null ? nothing : rows(value)}
+        ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
+        <p class="sub">${[say("archive-clock", { zone: this.listed.value?.clock ?? "" }), sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
+        ${this.mayChange ? this.actions(row) : nothing}
+      </section>`;
   }
 
   private actions(row: SurveyUse): TemplateResult {
@@ -71,7 +85,7 @@ export class SurveysView extends View {
       const { seq } = await post<{ seq: number }>(`surveys/${row.id}/delete`);
       this.go({ survey: "" });
       this.changed();
-      this.said(say("archive-survey-deleted", { when: moment(row.ended) }), () => post(`changes/${seq}/undo`));
+      this.said(say("archive-survey-deleted", { when: moment(row.ended, this.listed.value?.clock) }), () => post(`changes/${seq}/undo`));
     } catch (error) {
       this.said(wordsOf(error));
     }
@@ -83,12 +97,19 @@ function named(column: "archive-free" | "archive-taken" | "archive-unknown" | "a
   return html`<td data-column=${say(column)}>${value}</td>`;
 }
 
-function drawn(features: Features, row: SurveyUse): TemplateResult | typeof nothing {
-  const origin = originOf(features.features);
-  if (origin === null) return nothing;
-  const ground = groundOf(features.features, origin);
-  const label = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
-  return html`<archive-plan .ground=${ground} .shades=${byState(ground.stalls)} .label=${label}></archive-plan>${stateLegend()}`;
+/** Counts of each row, in the order in which people count. */
+function rows({ stalls }: SurveyOnMap): TemplateResult | typeof nothing {
+  const found = new Map<string, Record<CountedState, number>>();
+  for (const { label, state } of stalls) {
+    const { row } = partsOf(label);
+    const counts = found.get(row) ?? { free: 0, taken: 0, unknown: 0 };
+    if (state !== "suggested") counts[state] += 1;
+    found.set(row, counts);
+  }
+  if (found.size < 2) return nothing;
+  const order = [...found].sort(([one], [other]) => one.localeCompare(other, undefined, { numeric: true }));
+  return html`<table class="rows"><thead><tr><th scope="col">${say("archive-row")}</th><th scope="col">${say("free")}</th><th scope="col">${say("taken")}</th><th scope="col">${say("unknown")}</th></tr></thead>
+    <tbody>${order.map(([row, { free, taken, unknown }]) => html`<tr><th scope="row">${row || "–"}</th><td>${number(free)}</td><td>${number(taken)}</td><td>${number(unknown)}</td></tr>`)}</tbody></table>`;
 }
 
 /** What the colours of states mean. */

@@ -1,9 +1,12 @@
 import { PageLanguage } from "../state/page-language.ts";
-import { readPreferences } from "../state/preferences.ts";
+import { type LanguageChoice, readPreferences, writePreferences } from "../state/preferences.ts";
 import { say } from "../words/say.ts";
 
-/** Gives the document the theme and the language that this browser chose; `title` is a message without values. */
-export function dressed(title: "archive-title" | "archive-replay-mark", drawAgain: () => void): void {
+/**
+ * Gives the document the theme and the language that this browser chose; `title` is a message without values. Returns
+ * what lets it speak another language, and keeps that.
+ */
+export function dressed(title: "archive-title" | "archive-replay-mark", drawAgain: () => void): (choice: LanguageChoice) => void {
   const { theme, language } = readPreferences(localStorage);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const show = (): void => {
@@ -25,4 +28,8 @@ export function dressed(title: "archive-title" | "archive-replay-mark", drawAgai
     },
   });
   void spoken.follow(language);
+  return (choice) => {
+    writePreferences(localStorage, { ...readPreferences(localStorage), language: choice });
+    void spoken.follow(choice);
+  };
 }

@@ -3,7 +3,7 @@ import { property } from "lit/decorators.js";
 import { Refused } from "../link/api.ts";
 import { say } from "../words/say.ts";
 import type { LotSource } from "./link.ts";
-import type { Place } from "./place.ts";
+import type { Place } from "../route/place.ts";
 
 /** A part of the page that shows something of one lot. It draws into the page itself: one style sheet for all. */
 export class View extends LitElement {

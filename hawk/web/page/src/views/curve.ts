@@ -17,6 +17,8 @@ export class Curve extends LitElement {
   @property({ attribute: false }) shares: Estimate[] = [];
   @property() label = "";
   @property({ type: Boolean }) isTime = false;
+  /** Time zone of what is shown over time. */
+  @property() zone = "UTC";
   @query(".curve") private holder!: HTMLDivElement;
   private plot: uPlot | null = null;
   private readonly sizes = new ResizeObserver(() => this.plot?.setSize(this.size()));
@@ -68,7 +70,7 @@ export class Curve extends LitElement {
         legend: { show: false },
         scales: { x: { time: this.isTime, ...(this.isTime ? {} : { range: [0, 23] }) }, y: { range: [0, 100] } },
         axes: [
-          { ...axis, grid: { show: false }, values: (_plot, splits) => (this.isTime ? times(splits) : splits.map((hour) => (Number.isInteger(hour) ? `${hour}:00` : ""))) },
+          { ...axis, grid: { show: false }, values: (_plot, splits) => (this.isTime ? times(splits, this.zone) : splits.map((hour) => (Number.isInteger(hour) ? `${hour}:00` : ""))) },
           { ...axis, grid: { stroke: colour("--line"), width: 1 }, size: 56, values: (_plot, splits) => splits.map((value) => say("percent", { value: number(value) })) },
         ],
         series: [{}, { stroke: ink, paths: () => null, points: { show: true, size: 7, fill: ink } }],
@@ -100,11 +102,11 @@ function whiskers(plot: uPlot, at: readonly number[], shares: readonly Estimate[
 }
 
 /** Times of an axis: hours with the day below where it is another one, or days alone. */
-function times(splits: readonly number[]): string[] {
+function times(splits: readonly number[], zone: string): string[] {
   const isDays = (splits[1] ?? 0) - (splits[0] ?? 0) >= 86_400;
   let before = "";
   return splits.map((seconds) => {
-    const text = moment(new Date(1000 * seconds).toISOString());
+    const text = moment(new Date(1000 * seconds).toISOString(), zone);
     const day = text.slice(5, 10);
     const hour = text.slice(11);
     if (isDays) return day;

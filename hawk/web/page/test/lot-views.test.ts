@@ -1,14 +1,18 @@
 import "./dom.ts";
+import "./no-drawing.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
-import { Archive } from "../src/archive/app.ts";
-import { amount, bracket, heatClass, moment, share } from "../src/archive/figures.ts";
-import { groundOf, originOf, pathOf, stallAt } from "../src/archive/ground.ts";
+import { amount, bracket, heatClass, moment, share } from "../src/views/figures.ts";
+import { groundOf, originOf, pathOf, stallAt } from "../src/views/ground.ts";
 import type { SurveyUse } from "../src/api.ts";
-import { type Feature, LotSource } from "../src/archive/link.ts";
+import { LotSource } from "../src/views/link.ts";
+import type { Feature } from "../src/views/survey-source.ts";
 import { readAll } from "../src/link/api.ts";
-import { hashOf, placeOf } from "../src/archive/place.ts";
-import { notes } from "../src/archive/surveys-view.ts";
+import { hashOf, placeOf } from "../src/route/place.ts";
+import { Route } from "../src/route/route.ts";
+import { LotViews } from "../src/views/lot-views.ts";
+import type { SurveyMap } from "../src/views/survey-map.ts";
+import { notes } from "../src/views/surveys-view.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { words } from "./stage.ts";
@@ -38,14 +42,35 @@ const FEATURES = {
 
 describe("the place that the address names", () => {
   it("is written as it was read", () => {
-    const place = placeOf(`#lot=${LOT}&view=compare&before=${ONE}&after=${TWO}&from=2026-05-04`);
-    assert.equal(place.view, "compare");
-    assert.deepEqual(placeOf(hashOf(place)), place);
+    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?every=1`, "#/recordings", `#/fly/${LOT}`]) {
+      assert.equal(hashOf(placeOf(address)), address);
+    }
+    assert.equal(placeOf(`#/compare/${LOT}/${ONE}/${TWO}`).after, TWO);
   });
 
-  it("leaves out what is none", () => {
-    assert.deepEqual(placeOf("#lot=<b>&view=all&survey=1&from=yesterday&to=2026-5-4"), placeOf(""));
-    assert.equal(hashOf(placeOf("")), "#");
+  it("leaves out what is none, and begins at Fly", () => {
+    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all"), placeOf(""));
+    assert.equal(hashOf(placeOf("")), "#/fly");
+    assert.equal(placeOf("#/lots/<b>").lot, "");
+  });
+});
+
+describe("the address", () => {
+  it("changes in place within a view, and by a step that goes back between views", () => {
+    const written: [string, boolean][] = [];
+    const route = new Route({ hash: () => `#/lots/${LOT}`, write: (hash, replace) => written.push([hash, replace]) });
+    route.go({ survey: ONE });
+    route.go({ view: "report", survey: "" });
+    assert.deepEqual(written, [[`#/lots/${LOT}/${ONE}`, true], [`#/report/${LOT}`, false]]);
+  });
+
+  it("of a shared lot keeps its token, and has no flight", () => {
+    const written: string[] = [];
+    const route = new Route({ hash: () => `#secret/compare`, write: (hash) => written.push(hash) }, "secret");
+    assert.equal(route.place.view, "compare");
+    route.go({ view: "lots", survey: ONE });
+    assert.deepEqual(written, [`#secret/lots//${ONE}`]);
+    assert.equal(new Route({ hash: () => "#secret", write: () => undefined }, "secret").place.view, "lots");
   });
 });
 
@@ -167,7 +192,8 @@ describe("lots over time", () => {
   let reads: string[];
   let answers: Record<string, unknown>;
   let hash: string;
-  let archive: Archive;
+  let archive: LotViews;
+  let route: Route;
 
   beforeEach(() => {
     sent = [];
@@ -200,12 +226,16 @@ describe("lots over time", () => {
     globalThis.fetch = before;
   });
 
-  async function open(at = "", { token = null as string | null, operator = true, lots = [{ id: LOT, name: HTML }] } = {}): Promise<void> {
+  async function open(at: string, { token = null as string | null, operator = true, lots = [{ id: LOT, name: HTML }] } = {}): Promise<void> {
     hash = at;
-    archive = new Archive();
-    archive.outside = { hash: () => hash, setHash: (next) => (hash = next), token, lots: () => Promise.resolve(lots), isOperator: () => Promise.resolve(operator) };
+    route = new Route({ hash: () => hash, write: (next: string) => (hash = next) }, token ?? "");
+    archive = Object.assign(new LotViews(), { route, access: { lots, token, mayChange: operator } });
     document.body.replaceChildren(archive);
-    await archive.begin();
+    await drawn();
+  }
+
+  async function go(view: "lots" | "report" | "recordings"): Promise<void> {
+    route.go({ view, show: "" });
     await drawn();
   }
 
@@ -224,10 +254,8 @@ describe("lots over time", () => {
     await drawn();
   }
 
-  it("list the surveys of the first lot; a name's HTML is text", async () => {
-    await open();
-    assert.match(hash, new RegExp(`lot=${LOT}`));
-    assert.equal(archive.querySelector("option")?.textContent, HTML);
+  it("list the surveys of a lot", async () => {
+    await open(`#/lots/${LOT}`);
     const rows = [...archive.querySelectorAll("tbody tr")].map((row) => words(row));
     const named = [...archive.querySelectorAll<HTMLElement>(".cards tbody tr:first-child td[data-column]")].map((cell) => cell.dataset.column);
     assert.deepEqual(named, ["Free", "Taken", "Unclear", "Occupancy"], "on a phone each value says its column");
@@ -236,33 +264,33 @@ describe("lots over time", () => {
   });
 
   it("show one survey with a warning where no figure uses it, delete it, and undo that", async () => {
-    await open(`#lot=${LOT}&survey=${ONE}`);
+    await open(`#/lots/${LOT}/${ONE}`);
     assert.match(words(archive), /No figure uses this survey\. Its place on the lot is not certain\./);
-    assert.equal(archive.querySelectorAll("archive-plan path.free").length, 1);
+    assert.deepEqual(archive.querySelector<SurveyMap>("hawk-survey-map")?.source?.stalls.map(({ label, state }) => [label, state]), [["A 1", "free"], ["A 2", "taken"]]);
     await press("Delete survey");
     await press("Undo");
     assert.deepEqual(sent, [[`api/v1/surveys/${ONE}/delete`, {}], ["api/v1/changes/7/undo", {}]]);
   });
 
   it("offer a viewer nothing that changes", async () => {
-    await open(`#lot=${LOT}&survey=${TWO}`, { operator: false });
+    await open(`#/lots/${LOT}/${TWO}`, { operator: false });
     assert.doesNotMatch(words(archive), /Delete/);
     await press("Links");
     assert.doesNotMatch(words(archive), /Make a link|Take back/);
-    await press("Recordings");
+    await go("recordings");
     assert.equal(archive.querySelector<HTMLInputElement>("input[type=checkbox]")?.disabled, true);
     assert.doesNotMatch(words(archive), /Delete/);
   });
 
   it("compare two surveys by list and by swipe", async () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
-    await open(`#lot=${LOT}&view=compare`);
+    await open(`#/compare/${LOT}`);
     assert.equal(archive.querySelectorAll(".swipe archive-plan").length, 2);
     assert.match(words(archive), /Taken now: 1 \(1 to 2\)A 1/);
   });
 
   it("need two surveys that count to compare", async () => {
-    await open(`#lot=${LOT}&view=compare`);
+    await open(`#/compare/${LOT}`);
     assert.match(words(archive), /Two surveys that count are needed/);
   });
 
@@ -270,16 +298,16 @@ describe("lots over time", () => {
     const row = survey(ONE, "2026-05-04T10:00:00Z", { source: "photographs", source_name: "yard" });
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [row] };
     answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
-    await open(`#lot=${LOT}&view=report`);
+    await open(`#/report/${LOT}`);
     assert.match(words(archive), /From photographs \(yard\), [^.]+\. A program determined/);
     assert.doesNotMatch(words(archive), /[Ff]lown|flew|A drone photographed/);
   });
 
   it("print the report of every lot, a page each, where there are several", async () => {
     answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
-    await open(`#lot=${LOT}&view=report`);
+    await open(`#/report/${LOT}`);
     assert.equal(archive.querySelector("input[type=checkbox]"), null);
-    await open(`#lot=${LOT}&view=report`, { lots: [{ id: LOT, name: "North" }, { id: STALL, name: "South" }] });
+    await open(`#/report/${LOT}`, { lots: [{ id: LOT, name: "North" }, { id: STALL, name: "South" }] });
     assert.equal(archive.querySelectorAll("article").length, 1);
     const box = archive.querySelector<HTMLInputElement>("input[type=checkbox]")!;
     box.checked = true;
@@ -291,14 +319,14 @@ describe("lots over time", () => {
   });
 
   it("show a stall's share and its last looks", async () => {
-    await open(`#lot=${LOT}&view=stalls&stall=${STALL}`);
+    await open(`#/lots/${LOT}?show=stalls&stall=${STALL}`);
     assert.match(words(archive), /surveys that saw it in which it was taken: 50\.0 % \(20\.0 to 80\.0 %\)/);
     assert.match(words(archive), /taken · probability of taken 97 %/);
     assert.equal(archive.querySelectorAll("archive-plan path.heat2").length, 1);
   });
 
   it("make a link that is shown once, and take one back", async () => {
-    await open(`#lot=${LOT}&view=links`);
+    await open(`#/lots/${LOT}?show=links`);
     archive.querySelector("form")?.dispatchEvent(new Event("submit", { bubbles: true, cancelable: true }));
     await drawn();
     assert.match(archive.querySelector<HTMLInputElement>(".address")?.value ?? "", /\/shared#secret$/);
@@ -307,7 +335,7 @@ describe("lots over time", () => {
   });
 
   it("keep a recording at a press, and delete it at the second one", async () => {
-    await open("#view=recordings");
+    await open("#/recordings");
     assert.equal(archive.querySelectorAll("td b").length, 0);
     const box = archive.querySelector<HTMLInputElement>("input[type=checkbox]")!;
     box.checked = true;
@@ -323,18 +351,19 @@ describe("lots over time", () => {
   });
 
   it("show a link's lot without recordings, links and files", async () => {
-    await open(`#secret&view=recordings&survey=${TWO}`, { token: "secret" });
-    assert.doesNotMatch(words(archive), /Recordings|Links|Back to the map|csv|Delete/);
-    assert.equal(archive.querySelectorAll("archive-plan").length, 1);
+    await open(`#secret/lots//${TWO}`, { token: "secret" });
+    assert.doesNotMatch(words(archive), /Recordings|Links|csv|Delete/);
+    assert.equal(archive.querySelector<SurveyMap>("hawk-survey-map")?.source?.ground, null, "a link shows no picture");
+    assert.ok(reads.every((path) => !path.endsWith("/ground")));
     await press("Surveys");
-    assert.match(hash, /^#secret&/);
+    assert.match(hash, /^#secret\/lots/);
   });
 
   it("ask once for what two views need, and again after a change", async () => {
-    await open(`#lot=${LOT}&survey=${TWO}`);
+    await open(`#/lots/${LOT}/${TWO}`);
     await press("Stalls");
-    await press("Report");
-    await press("Surveys");
+    await go("report");
+    await go("lots");
     const asked = (end: string): number => reads.filter((path) => path.endsWith(end)).length;
     assert.deepEqual([asked("/statistics/surveys"), asked(`/surveys/${TWO}/stalls`)], [1, 1]);
     await press("Delete survey");
@@ -344,19 +373,19 @@ describe("lots over time", () => {
 
   it("say in the drone's words why there is nothing", async () => {
     delete answers["/statistics/surveys"];
-    await open(`#lot=${LOT}`);
+    await open(`#/lots/${LOT}`);
     assert.equal(words(archive.querySelector("[role=alert]")!), "lot: is gone");
   });
 });
 
 describe("the flight's page", () => {
-  it("has none of the parts and words of lots over time, which are another bundle's", async () => {
+  it("is there without the views of lots, which are read when one is opened", async () => {
     const { readdirSync, readFileSync } = await import("node:fs");
     const { fileURLToPath } = await import("node:url");
     const root = fileURLToPath(new URL("../src/", import.meta.url));
-    const files = readdirSync(root, { recursive: true, encoding: "utf8" }).filter((name) => name.endsWith(".ts") && !/^(archive|replay)\b/.test(name) && !name.endsWith("keys.ts"));
+    const files = readdirSync(root, { recursive: true, encoding: "utf8" }).filter((name) => name.endsWith(".ts") && !/^(views|replay|guest)\b/.test(name));
     assert.ok(files.length > 100);
-    const found = files.filter((name) => /say\(\s*["`]archive-|from "[./]+\/archive\//.test(readFileSync(root + name, "utf8")));
+    const found = files.filter((name) => /^import (?!type).*from "[./]+\/views\//m.test(readFileSync(root + name, "utf8")));
     assert.deepEqual(found, []);
   });
 });

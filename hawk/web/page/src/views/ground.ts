@@ -1,4 +1,4 @@
-import type { Feature } from "./link.ts";
+import type { Feature } from "./survey-source.ts";
 
 /** Metres east and south of the first corner: as a picture runs. */
 export type Point = readonly [number, number];

@@ -1,0 +1,61 @@
+export const VIEWS = ["fly", "lots", "compare", "report", "recordings"] as const;
+export type ViewName = (typeof VIEWS)[number];
+export const SHOWN = ["stalls", "figures", "links"] as const;
+
+/** What the page shows, as it stands behind the address's "#": a link leads there, and "back" goes back. */
+export interface Place {
+  view: ViewName;
+  lot: string;
+  survey: string;
+  before: string;
+  after: string;
+  stall: string;
+  /** Days, as 2026-05-04; "" without that end. */
+  from: string;
+  to: string;
+  /** "1": the report is of every lot, a page each. */
+  every: "" | "1";
+  /** A part of the view beside what it shows first. */
+  show: "" | (typeof SHOWN)[number];
+}
+
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", from: "", to: "", every: "", show: "" };
+/** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
+const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after")[]>> = {
+  fly: ["lot"],
+  lots: ["lot", "survey"],
+  compare: ["lot", "before", "after"],
+  report: ["lot", "survey"],
+  recordings: ["lot"],
+};
+const DAY = /^\d{4}-\d{2}-\d{2}$/;
+const ID = /^[0-9a-f-]{36}$/;
+
+/** The place that an address names; what cannot be read is left out. */
+export function placeOf(hash: string): Place {
+  const [path = "", search = ""] = hash.replace(/^#/, "").split("?");
+  const [, view, ...ids] = path.split("/");
+  const name = VIEWS.find((each) => each === view) ?? NOWHERE.view;
+  const place: Place = { ...NOWHERE, view: name };
+  for (const [k, key] of PATHS[name].entries()) place[key] = read(ids[k], ID);
+  const given = new URLSearchParams(search);
+  place.stall = read(given.get("stall"), ID);
+  place.from = read(given.get("from"), DAY);
+  place.to = read(given.get("to"), DAY);
+  if (given.get("every") === "1") place.every = "1";
+  place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
+  return place;
+}
+
+function read(value: string | null | undefined, pattern: RegExp): string {
+  return value && pattern.test(value) ? value : "";
+}
+
+/** The address of a place, with what differs from none. */
+export function hashOf(place: Place): string {
+  const { stall, from, to, every, show } = place;
+  const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
+  const given = Object.entries({ stall, from, to, every, show }).filter(([, value]) => value !== "");
+  const search = new URLSearchParams(given).toString();
+  return `#/${path}${search && `?${search}`}`;
+}

@@ -1,0 +1,70 @@
+import { html, LitElement, nothing, type TemplateResult } from "lit";
+import { customElement, property } from "lit/decorators.js";
+import type { ListedLot } from "../api.ts";
+import type { Place, ViewName } from "../route/place.ts";
+import type { Route } from "../route/route.ts";
+import type { LanguageChoice } from "../state/preferences.ts";
+import { icon } from "../ui/icons.ts";
+import { type LanguageName, LANGUAGES } from "../words/languages.ts";
+import { language, say } from "../words/say.ts";
+
+/** What the bar says of the drone, with the view that a press on it leads to. */
+export interface DroneChip {
+  title: string;
+  detail: string;
+  tone: string;
+}
+
+/** On every view: the lot, the views, the drone's state, language and help. */
+@customElement("hawk-top")
+export class TopBar extends LitElement {
+  @property({ attribute: false }) place!: Place;
+  @property({ attribute: false }) route!: Route;
+  @property({ attribute: false }) views: readonly ViewName[] = [];
+  /** Null: there is nothing to choose. */
+  @property({ attribute: false }) lots: readonly Pick<ListedLot, "id" | "name">[] | null = null;
+  @property({ attribute: false }) drone: DroneChip | null = null;
+  /** Redraws the bar in another language. */
+  @property() spoken = "";
+  @property({ attribute: false }) speak: (choice: LanguageChoice) => void = () => undefined;
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  override render(): TemplateResult {
+    return html`<header class="top no-print ${this.place.view}">
+      ${this.picker()}
+      ${viewLinks(this.views, this.route)}
+      <span class="grow"></span>
+      ${this.drone === null ? nothing : html`<a class="drone" href=${addressOf("fly", this.route)}><i class="mark ${this.drone.tone}"></i><span><b>${this.drone.title}</b><span class="sub">${this.drone.detail}</span></span></a>`}
+      <label class="language"><span class="unseen">${say("language")}</span>${icon("globe")}<select @change=${(event: Event) => this.speak((event.target as HTMLSelectElement).value as LanguageName)}>
+        ${Object.entries(LANGUAGES).map(([name, { label }]) => html`<option value=${name} lang=${name} title=${label} ?selected=${name === language()}>${name.toUpperCase()}</option>`)}
+      </select></label>
+      <a class="help" href="docs/" hreflang="en" target="_blank" rel="noopener" aria-label=${say("documentation")}>${icon("help")}</a>
+    </header>`;
+  }
+
+
+  private picker(): TemplateResult | typeof nothing {
+    const { lots, place } = this;
+    if (lots === null || lots.length === 0) return nothing;
+    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "" });
+    return html`<label class="lot"><span class="unseen">${say("archive-lot")}</span><select @change=${go}>
+      ${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}
+    </select></label>`;
+  }
+}
+
+/** Links to the views of a lot. */
+export function viewLinks(views: readonly ViewName[], route: Route): TemplateResult {
+  const shown = route.place.view;
+  return html`<nav aria-label=${say("views")}>${views.map(
+    (view) => html`<a href=${addressOf(view, route)} aria-current=${view === shown ? "page" : nothing}>${say(`view-${view}`)}</a>`,
+  )}</nav>`;
+}
+
+/** The lot is kept; the survey and the stall of another view are not this one's. */
+function addressOf(view: ViewName, route: Route): string {
+  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", show: "", every: "" });
+}

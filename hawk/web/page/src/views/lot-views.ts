@@ -1,0 +1,140 @@
+import { html, LitElement, nothing, type TemplateResult } from "lit";
+import { customElement, property, state } from "lit/decorators.js";
+import { repeat } from "lit/directives/repeat.js";
+import type { ListedLot } from "../api.ts";
+import type { Place } from "../route/place.ts";
+import type { Route } from "../route/route.ts";
+import { say } from "../words/say.ts";
+import "./compare-view.ts";
+import "./figures-view.ts";
+import { LotSource } from "./link.ts";
+import "./links-view.ts";
+import "./recordings-view.ts";
+import "./report-view.ts";
+import "./stalls-view.ts";
+import "./surveys-view.ts";
+import { wordsOf } from "./view.ts";
+
+/** What the views show: the person's lots, or the lot of a link. */
+export interface LotAccess {
+  lots: readonly Pick<ListedLot, "id" | "name">[];
+  /** Token of a shared link; null with a login. */
+  token: string | null;
+  mayChange: boolean;
+}
+
+const PARTS = { lots: ["", "stalls", "links"], report: ["", "figures"] } as const;
+const NAMES = { lots: "archive-surveys", stalls: "archive-stalls", links: "archive-links", report: "archive-report", figures: "archive-figures" } as const;
+
+/** The views of lots over time: surveys by date, compared, in figures, stall by stall, on paper; and the recordings. */
+@customElement("hawk-views")
+export class LotViews extends LitElement {
+  @property({ attribute: false }) route!: Route;
+  @property({ attribute: false }) access!: LotAccess;
+  /** Rises when something was changed: what was read is read again. */
+  @state() private revision = 0;
+  @state() private notice: { text: string; undo?: () => Promise<unknown> } | null = null;
+  private readonly kept = new Map<string, LotSource>();
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.route.addEventListener("change", this.follow);
+  }
+
+  override disconnectedCallback(): void {
+    this.route.removeEventListener("change", this.follow);
+    super.disconnectedCallback();
+  }
+
+  private readonly follow = (): void => this.requestUpdate();
+
+  /** Draws again: in another language, say. */
+  drawAgain(): void {
+    this.revision += 1;
+  }
+
+  override render(): TemplateResult {
+    const { place } = this.route;
+    return html`<div class="page" @archive-go=${(event: CustomEvent<Partial<Place>>) => this.route.go(event.detail)}
+        @archive-changed=${() => this.renew()}
+        @archive-said=${(event: CustomEvent<{ text: string; undo?: () => Promise<unknown> }>) => (this.notice = event.detail)}>
+        <h1 class="unseen">${say(`view-${place.view}`)}</h1>
+        ${place.view === "recordings" ? nothing : this.head(place)} ${this.content(place)}
+      </div>
+      <div class="notice no-print" role="status">${this.notice === null ? nothing : this.saying(this.notice)}</div>`;
+  }
+
+  /** Parts of the view, and the period that it is about. */
+  private head(place: Place): TemplateResult {
+    const day = (end: "from" | "to"): TemplateResult => html`<label>${say(`archive-${end}`)}<input type="date" .value=${place[end]} @change=${(event: Event) => this.route.go({ [end]: (event.target as HTMLInputElement).value })} /></label>`;
+    return html`<div class="head no-print">${place.view === "lots" || place.view === "report" ? this.parts(place, place.view) : nothing}
+      <div class="fields">${day("from")} ${day("to")}</div></div>`;
+  }
+
+  private parts(place: Place, view: "lots" | "report"): TemplateResult {
+    const parts = PARTS[view].filter((part) => part !== "links" || this.access.token === null);
+    return html`<nav aria-label=${say("archive-view-parts")}>${parts.map(
+      (part) => html`<button aria-current=${part === place.show ? "page" : "false"} @click=${() => this.route.go({ show: part })}>${say(NAMES[part === "" ? view : part])}</button>`,
+    )}</nav>`;
+  }
+
+  private content(place: Place): TemplateResult | typeof nothing {
+    const { revision } = this;
+    const { mayChange, token } = this.access;
+    const isShared = token !== null;
+    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-recordings>`;
+    if (!isShared && place.lot === "") return html`<p>${say("archive-no-lot")}</p>`;
+    const source = this.sourceOf(place.lot);
+    if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
+    if (place.show === "figures") return html`<archive-figures .source=${source} .place=${place} .revision=${revision}></archive-figures>`;
+    if (place.view === "report") return this.reports(place);
+    if (place.show === "stalls") return html`<archive-stalls .source=${source} .place=${place} .revision=${revision}></archive-stalls>`;
+    if (place.show === "links" && !isShared) return html`<archive-links .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
+    return html`<archive-surveys .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange && !isShared}></archive-surveys>`;
+  }
+
+  /** The report of the lot, or of every lot, a page each. */
+  private reports(place: Place): TemplateResult {
+    const { lots, token } = this.access;
+    const isChoice = token === null && lots.length > 1;
+    const ids = isChoice && place.every ? lots.map(({ id }) => id) : [place.lot];
+    return html`<div class="fields no-print">
+        <button class="primary" @click=${() => print()}>${say("archive-print")}</button>
+        ${isChoice ? html`<label class="tick"><input type="checkbox" .checked=${place.every !== ""} @change=${(event: Event) => this.route.go({ every: (event.target as HTMLInputElement).checked ? "1" : "" })} />${say("archive-every-lot")}</label>` : nothing}
+      </div>${repeat(ids, (id) => id, (id) => html`<archive-report .source=${this.sourceOf(id)} .place=${id === place.lot ? place : { ...place, lot: id, survey: "" }} .revision=${this.revision}></archive-report>`)}`;
+  }
+
+  /** The same for every view of a lot. */
+  private sourceOf(lot: string): LotSource {
+    const { token } = this.access;
+    const base = token === null ? `lots/${lot}` : `shared/${token}`;
+    const source = this.kept.get(base) ?? new LotSource(base);
+    this.kept.set(base, source);
+    return source;
+  }
+
+  private renew(): void {
+    for (const source of this.kept.values()) source.forget();
+    this.revision += 1;
+  }
+
+  private saying({ text, undo }: { text: string; undo?: () => Promise<unknown> }): TemplateResult {
+    return html`<span>${text}</span>
+      ${undo === undefined ? nothing : html`<button @click=${() => void this.undo(undo)}>${say("archive-undo")}</button>`}
+      <button @click=${() => (this.notice = null)}>${say("close")}</button>`;
+  }
+
+  private async undo(work: () => Promise<unknown>): Promise<void> {
+    try {
+      await work();
+      this.notice = null;
+    } catch (error) {
+      this.notice = { text: wordsOf(error) };
+    }
+    this.renew();
+  }
+}

@@ -1,0 +1,86 @@
+import "./dom.ts";
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+import { Route } from "../src/route/route.ts";
+import { Guest } from "../src/shell/guest.ts";
+import { TopBar } from "../src/shell/top-bar.ts";
+import { LateViews } from "../src/shell/views.ts";
+import { settle } from "./fakes.ts";
+import { inFrench } from "./french.ts";
+import { flying } from "./rig.ts";
+import { words } from "./stage.ts";
+
+const LOT = "00000000-0000-4000-8000-000000000001";
+const OTHER = "00000000-0000-4000-8000-000000000002";
+const HTML = "<b onclick='alert(1)'>North</b>";
+
+async function bar(place: string): Promise<{ top: TopBar; written: [string, boolean][] }> {
+  const written: [string, boolean][] = [];
+  const route = new Route({ hash: () => place, write: (hash, replace) => written.push([hash, replace]) });
+  const top = Object.assign(new TopBar(), { route, place: route.place, views: ["fly", "lots", "report"], lots: [{ id: LOT, name: HTML }, { id: OTHER, name: "South" }] });
+  document.body.replaceChildren(top);
+  await top.updateComplete;
+  return { top, written };
+}
+
+describe("the bar on every view", () => {
+  it("leads to each view of the same lot, and says which one it is", async () => {
+    const { top } = await bar(`#/lots/${LOT}/${OTHER}?stall=${OTHER}`);
+    const links = [...top.querySelectorAll("nav a")];
+    assert.deepEqual(links.map((each) => each.getAttribute("href")), [`#/fly/${LOT}`, `#/lots/${LOT}`, `#/report/${LOT}`]);
+    assert.deepEqual(links.map((each) => each.getAttribute("aria-current")), [null, "page", null]);
+  });
+
+  it("goes to another lot, whose name is text; its surveys are others", async () => {
+    const { top, written } = await bar(`#/lots/${LOT}/${OTHER}`);
+    const select = top.querySelector("select")!;
+    assert.equal(select.options[0]?.textContent.trim(), HTML);
+    select.value = OTHER;
+    select.dispatchEvent(new Event("change", { bubbles: true }));
+    assert.deepEqual(written, [[`#/lots/${OTHER}`, false]]);
+  });
+
+  it("opens the documentation beside the page: the page of a flight is never left", async () => {
+    const { top } = await bar("");
+    assert.equal(top.querySelector(".help")?.getAttribute("target"), "_blank");
+    for (const link of top.querySelectorAll("a:not(.help)")) assert.match(link.getAttribute("href")!, /^#\//);
+  });
+
+  it("speaks French", async () => {
+    await inFrench(async () => assert.match(words((await bar("")).top), /Voler\s*Parkings\s*Rapport/));
+  });
+});
+
+describe("a view that is read when it is opened", () => {
+  it("says so, and asks again where that failed", async () => {
+    let [asked, draws] = [0, 0];
+    const guest = new Guest();
+    const late = new LateViews(() => (draws += 1), () => (asked++ === 0 ? Promise.reject(new Error("no link")) : Promise.resolve()));
+    Object.assign(guest, { late, token: "secret", route: new Route({ hash: () => "#secret", write: () => undefined }, "secret") });
+    document.body.replaceChildren(guest);
+    await guest.updateComplete;
+    assert.match(words(guest), /Lots\s*Compare\s*Report/);
+    assert.doesNotMatch(words(guest), /Fly|Recordings/);
+    await settle();
+    assert.equal(draws, 1);
+    guest.requestUpdate();
+    await guest.updateComplete;
+    assert.match(guest.querySelector("[role=alert]")?.textContent ?? "", /does not answer/);
+    guest.querySelector<HTMLButtonElement>(".page button")!.click();
+    await settle();
+    assert.deepEqual([asked, draws], [2, 2]);
+  });
+});
+
+describe("the page's end", () => {
+  it("is asked about while this operator is in control and the motors are on", () => {
+    const rig = flying({ State: "Hover", Armed: true, "In Control": true });
+    assert.equal(rig.operator.isFlyingIt, true);
+    rig.hear({ "In Control": false });
+    assert.equal(rig.operator.isFlyingIt, false, "who watches may go");
+    rig.hear({ "In Control": true, State: "Idle", Armed: false });
+    assert.equal(rig.operator.isFlyingIt, false);
+    rig.hear({ State: "Hover", Armed: null });
+    assert.equal(rig.operator.isFlyingIt, true, "the autopilot is silent: the motors may be on");
+  });
+});
