@@ -107,7 +107,9 @@ async def done(page: Page) -> None:
     await page.wait_for_function("() => document.querySelector('hawk-app').model.plan.waiting === 0")
 
 
-async def test_rows_are_numbered_as_painted_by_mouse_and_keys(browser: Browser, fake: Any, tmp_path: Path) -> None:
+async def test_rows_are_numbered_as_painted_by_mouse_and_keys(
+    browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
+) -> None:
     _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
     store, page = Store(address), await opened(browser, address)
     errors = watch(page)
@@ -126,6 +128,7 @@ async def test_rows_are_numbered_as_painted_by_mouse_and_keys(browser: Browser, 
         before[label]["id"] for label in rows["A"]
     }
     await shows(page, "as painted")
+    await page.screenshot(path=screenshots / "plan-labels.png")
     await press(page, "Number from the other end")
     await press(page, "Numbers [+]1")
     await done(page)
