@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
     from hawk.lots import store as lots
     from hawk.lots.storage import database
     from hawk.lots.survey import observations
-    from hawk.stats import period, queries, question, serialize
+    from hawk.stats import period, queries, serialize, use_query
 else:
     database = late("hawk.lots.storage.database")
     observations = late("hawk.lots.survey.observations")
@@ -29,7 +29,7 @@ else:
     lots = late("hawk.lots.store")
     queries = late("hawk.stats.queries")
     period = late("hawk.stats.period")
-    question = late("hawk.stats.question")
+    use_query = late("hawk.stats.use_query")
     serialize = late("hawk.stats.serialize")
 
 COMMAND: Final = "stats"
@@ -93,7 +93,7 @@ def _answer(store: Path, options: argparse.Namespace) -> str:
         with opened.reading() as connection:
             if options.is_asked:
                 parts = (getattr(options, name) or () for name in ("row", "zone", "kind"))
-                answer = queries.ask(connection, lot, during, question.asked_of(options.weekday, options.hour, *parts))
+                answer = queries.ask(connection, lot, during, use_query.asked_of(options.weekday, options.hour, *parts))
                 return _shown(options, answer, serialize.asked_csv, serialize.asked_text)
             found = queries.statistics(connection, lot, during, options.by)
             return _shown(options, found, serialize.figures_csv, serialize.figures_text)

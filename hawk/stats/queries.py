@@ -14,13 +14,13 @@ from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
 from hawk.stats.answers import StallsUse, SurveysUse, SurveyUse
-from hawk.stats.ask import AskedUse, asked_use
 from hawk.stats.changes import Changed, changes_between
 from hawk.stats.counts import count
 from hawk.stats.figures import Figures, figures
+from hawk.stats.hour_use import AskedUse, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
-from hawk.stats.question import Asked
+from hawk.stats.use_query import Asked
 from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, whole
 
 _SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")

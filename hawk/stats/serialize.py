@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
 from hawk.results.stall_files import table_text
-from hawk.stats.ask import AskedUse, Cell
 from hawk.stats.figures import Figures, Use
-from hawk.stats.question import Asked
+from hawk.stats.hour_use import AskedUse, Cell
 from hawk.stats.turnover import Bracket
+from hawk.stats.use_query import Asked
 from hawk.stats.values import WEEKDAYS, Estimate, LeftOut, Weekday
 
 NONE: Final = "–"

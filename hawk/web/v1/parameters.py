@@ -161,7 +161,7 @@ def _parts(words: str) -> Any:
 Part = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
 
 
-class Ask(Period):
+class UseQuery(Period):
     """Question about parts of a lot at some hours of the week."""
 
     weekday: Annotated[

@@ -23,7 +23,7 @@ from hawk.lots.values import UTC_NAME, Placed
 from hawk.stats import queries as uses
 from hawk.stats.panel import Period
 from hawk.stats.period import period_of, period_of_lot
-from hawk.stats.question import asked_of
+from hawk.stats.use_query import asked_of
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import GEOJSON, Answer
 from hawk.web.v1.parameters import Query, Request
@@ -154,7 +154,7 @@ def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answ
     return Answer(uses.statistics(connection, asked.id, _period(connection, asked), asked.query.by))
 
 
-def ask(connection: Connection, asked: Request[forms.Ask]) -> Answer:
+def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
     """Return the answer to a question about a lot's use."""
     query = asked.query
     question = asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)

@@ -12,9 +12,9 @@ from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
 from hawk.runtime.late import late_functions
 from hawk.stats import answers as figures
-from hawk.stats.ask import AskedUse
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
+from hawk.stats.hour_use import AskedUse
 from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
@@ -105,7 +105,7 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
             STATISTICS, reads.statistics, Figures, parameters.Statistics, keep_missing_looks),
         one("/statistics/ask", "ask", "Use of parts of a lot at some hours of the week; `hawk-drone stats` prints it",
-            STATISTICS, reads.ask, AskedUse, parameters.Ask, keep_missing_looks),
+            STATISTICS, reads.ask, AskedUse, parameters.UseQuery, keep_missing_looks),
         one("/statistics/surveys", "surveys_use", "Surveys of a lot, each with its share of taken stalls", STATISTICS,
             reads.surveys_use, figures.SurveysUse, parameters.Period, keep_missing_looks),
         one("/statistics/stalls", "stalls_use", "Stalls of a lot by the share of surveys that found them taken",

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.lots.values import LotInputError
-from hawk.stats.question import SHORT, Asked, asked_of
+from hawk.stats.use_query import SHORT, Asked, asked_of
 from hawk.stats.values import WEEKDAYS
 
 

@@ -20,7 +20,7 @@ from hawk.stats.figures import flown, sums
 from hawk.stats.hours import Hours
 from hawk.stats.panel import NO_TIME, NOT_YET
 from hawk.stats.partition import Partition
-from hawk.stats.question import Asked, DayHour
+from hawk.stats.use_query import Asked, DayHour
 from hawk.stats.values import (
     LEVEL,
     NOTHING,
