@@ -80,6 +80,9 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _answer(store: Path, options: argparse.Namespace) -> str:
+    period.period_of(options.begin, options.end, options.time_zone or "UTC")  # wrong whatever the store holds
+    parts = (getattr(options, name) or () for name in ("row", "zone", "kind"))
+    asked = use_query.asked_of(options.weekday, options.hour, *parts) if options.is_asked else None
     lots.check_there(store)
     with closing(database.Database(store)) as opened:
         lots.show_damage(opened.damage)
@@ -91,9 +94,8 @@ def _answer(store: Path, options: argparse.Namespace) -> str:
             with opened.writing() as connection:
                 observations.keep_looks(connection, missing)
         with opened.reading() as connection:
-            if options.is_asked:
-                parts = (getattr(options, name) or () for name in ("row", "zone", "kind"))
-                answer = queries.ask(connection, lot, during, use_query.asked_of(options.weekday, options.hour, *parts))
+            if asked is not None:
+                answer = queries.ask(connection, lot, during, asked)
                 return _shown(options, answer, serialize.asked_csv, serialize.asked_text)
             found = queries.statistics(connection, lot, during, options.by)
             return _shown(options, found, serialize.figures_csv, serialize.figures_text)

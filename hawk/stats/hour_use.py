@@ -18,11 +18,12 @@ from hawk.lots.values import LotInputError, moment
 from hawk.stats.counts import count
 from hawk.stats.figures import flown, sums
 from hawk.stats.hours import Hours
-from hawk.stats.panel import NO_TIME, NOT_YET
 from hawk.stats.partition import Partition
 from hawk.stats.use_query import Asked, DayHour
 from hawk.stats.values import (
     LEVEL,
+    NO_TIME,
+    NOT_YET,
     NOTHING,
     WEEKDAYS,
     Bools,

@@ -23,6 +23,8 @@ from hawk.lots.values import PLACED, NotFoundError, moment
 from hawk.model.lot_map import StallState
 from hawk.stats.values import (
     FREE,
+    NO_TIME,
+    NOT_YET,
     TAKEN,
     UNSEEN,
     Bools,
@@ -39,8 +41,6 @@ from hawk.stats.values import (
 _SURVEY: Final = ("seq", "id", "ended", "placed", "layout")
 _STALL: Final = ("key", "id", "label", "kind", "north", "east", "begins", "ends")
 UNREGISTERED: Final = "not registered: it is not certain where it lies on the lot; choose its place under Lots"
-NO_TIME: Final = "its time is not sure: neither GNSS nor a time server had set the clock"
-NOT_YET: Final = "its time is later than now: map its pictures again, with --taken"
 MOST_KEPT: Final = 4_000_000
 """Looks of the most surveys that are kept: 24 MB, and at most as much again for a part of them."""
 _KEPT: Final = "hawk.stats.panel"

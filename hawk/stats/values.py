@@ -43,6 +43,8 @@ WHOLE: Final = "lot"
 NO_ROW: Final = "other"
 """Row of stalls whose label names none."""
 NO_ZONE: Final = "no zone"
+NO_TIME: Final = "its time is not sure: neither GNSS nor a time server had set the clock"
+NOT_YET: Final = "its time is later than now: map its pictures again, with --taken"
 
 
 @dataclass(frozen=True, slots=True)

@@ -329,6 +329,11 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--to": ((), (*EMPTY, "yesterday", "2026-05-04T25:00")),
         "--by": ((), ("", "week")),
         "--time-zone": ((), (*EMPTY, "Mars/North", "../x")),
+        "--weekday": ((), (*EMPTY, "noday", "mon-", "mon,,fri")),
+        "--hour": ((), (*EMPTY, "25", "7-", "seven", "-1")),
+        "--row": ((), EMPTY),
+        "--zone": ((), EMPTY),
+        "--kind": ((), EMPTY),
     },
     "import-plan": {
         **STORE,

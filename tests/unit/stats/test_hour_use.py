@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from hawk.lots.values import LotInputError, moment
 from hawk.stats.figures import figures
 from hawk.stats.hour_use import UNSEEN_PART, AskedUse, Cell, asked_use
-from hawk.stats.panel import NO_TIME, UNREGISTERED
+from hawk.stats.panel import UNREGISTERED
 from hawk.stats.use_query import Asked, asked_of
-from hawk.stats.values import FREE, NOTHING, TAKEN, UNSEEN, WEEKDAYS, LeftOut, Panel, PanelColumn
+from hawk.stats.values import FREE, NO_TIME, NOTHING, TAKEN, UNSEEN, WEEKDAYS, LeftOut, Panel, PanelColumn
 from tests.unit.stats.panels import at, panel
 
 AMSTERDAM = ZoneInfo("Europe/Amsterdam")

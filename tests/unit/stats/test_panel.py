@@ -17,10 +17,10 @@ from hawk.lots.storage.database import Database
 from hawk.lots.values import FinishedSurvey, KnownGround, LotInputError, MappedGround, NotFoundError, Registration
 from hawk.model.lot_map import StallState
 from hawk.stats.aggregates import cds_aggregates
-from hawk.stats.panel import NO_LOOKS, NO_TIME, UNREGISTERED, Period, read_panel
+from hawk.stats.panel import NO_LOOKS, UNREGISTERED, Period, read_panel
 from hawk.stats.period import period_of
 from hawk.stats.queries import changes, statistics, surveys_use
-from hawk.stats.values import FREE, TAKEN, UNSEEN
+from hawk.stats.values import FREE, NO_TIME, TAKEN, UNSEEN
 from tests.unit.lots import surveys
 from tests.unit.lots.surveys import BEGAN, survey
 

@@ -20,8 +20,9 @@ from hawk.lots.storage.database import Database
 from hawk.lots.survey.order import is_last_look, newest_first
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
-from hawk.stats.panel import NO_TIME, NOT_YET, read_panel
+from hawk.stats.panel import read_panel
 from hawk.stats.period import period_of
+from hawk.stats.values import NO_TIME, NOT_YET
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, later, survey
 
