@@ -21,6 +21,8 @@ from tests.integration.daemon_support import LOW_HEIGHTS, health, kill_daemon, o
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 DESK = {"width": 1440, "height": 900}
+ROOMY = {"width": 1440, "height": 980}
+"""The whole of `U_SHAPE` is in sight while it is drawn, clear of the tools."""
 PHONE = {"width": 390, "height": 844}
 SIZES = {
     "desk": DESK,
@@ -48,7 +50,7 @@ async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
     stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:
         url = (await stack.start()).url
-        page = await new_page(browser, viewport=DESK, color_scheme="light")
+        page = await new_page(browser, viewport=ROOMY, color_scheme="light")
         await page.goto(url)
         yield Scene(stack, url, page)
     finally:
@@ -205,7 +207,7 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
             for each in ("Save fence", "Cancel", "Undo", "Clear", "Import", "Export", "Hold", "Land"):
                 assert await is_within(button(page, each), size), (name, each)
     await page.emulate_media(color_scheme="light")
-    await page.set_viewport_size(DESK)  # type: ignore[arg-type]
+    await page.set_viewport_size(ROOMY)  # type: ignore[arg-type]
 
 
 async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:

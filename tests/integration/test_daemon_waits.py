@@ -102,7 +102,7 @@ async def test_what_is_absent_at_the_start_is_waited_for_and_found(tmp_path: Pat
         assert not health(found, "camera").healthy
 
         await running.enter_async_context(passed_on(camera_port, http))
-        seen = await pilot.until(lambda b: health(b, "camera").healthy)
+        seen = await pilot.until(lambda b: health(b, "camera").healthy and health(b, "vision").healthy)
         assert seen.camera_age is not None
         assert await has_picture(url)
 
