@@ -119,7 +119,8 @@ contract: $(STAMP)
 # All programs and browsers: while one waits, another one works.
 programs: setup browser
 	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
-	$(REAL) --numprocesses 2 -m $(ALONE) tests/e2e tests/integration $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
+	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
 
 e2e: setup browser
 	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
