@@ -388,6 +388,19 @@ describe("lots over time", () => {
     assert.deepEqual(reads.filter((path) => !path.startsWith("api/v1/")), []);
   });
 
+  it("are drawn again in another language", async () => {
+    await open(`#/lots/${LOT}/${TWO}`);
+    assert.match(words(archive), /Survey of/);
+    await inFrench(async () => {
+      archive.spoken = "en";
+      await drawn();
+      archive.spoken = "fr";
+      await drawn();
+      assert.match(words(archive), /Relevé du/);
+      assert.doesNotMatch(words(archive), /Survey of/);
+    });
+  });
+
   it("say in the drone's words why there is nothing", async () => {
     delete answers["/statistics/surveys"];
     await open(`#/lots/${LOT}`);

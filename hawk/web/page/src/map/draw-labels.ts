@@ -1,4 +1,5 @@
 import { FONT_FAMILY } from "../font.ts";
+import { partsOf } from "../plan/values.ts";
 import { type Rectangle, type Sight, toPixel } from "./geometry.ts";
 
 /** A stall with its label, "A 12" as painted. */
@@ -21,20 +22,12 @@ const OFF_MIDDLE = 0.3;
 /** A row's letters stand so far before its first stall, widths of it. */
 const BEFORE = 1.1;
 
-const LABEL = /^(.*?)[ -]?(\d+)$/;
-
-/** Row and number of a label: "A 12" is stall 12 of row A; a label without a number is of no row. */
-export function partsOf(label: string): { row: string; number: number | null } {
-  const found = LABEL.exec(label);
-  return found ? { row: (found[1] ?? "").trim(), number: Number(found[2]) } : { row: "", number: null };
-}
-
 /** Where the letters of each row stand: before its first stall, in line with the second one. */
 export function rowMarks(stalls: readonly Labelled[]): RowMark[] {
   const rows = new Map<string, { number: number; stall: Labelled }[]>();
   for (const stall of stalls) {
-    const { row, number } = partsOf(stall.label);
-    if (row !== "" && number !== null) rows.set(row, [...(rows.get(row) ?? []), { number, stall }]);
+    const parts = partsOf(stall.label);
+    if (parts) rows.set(parts.row, [...(rows.get(parts.row) ?? []), { number: parts.number, stall }]);
   }
   return [...rows].flatMap(([row, all]) => {
     const [first, second] = all.sort((one, other) => one.number - other.number);
@@ -61,8 +54,7 @@ export function drawNumbers(context: CanvasRenderingContext2D, stalls: Iterable<
     if (stall.width / sight.resolution < LEAST_PX) continue;
     const along = (Math.cos(stall.angle) < 0 ? -1 : 1) * OFF_MIDDLE * stall.length; // the same end all along a row
     const [x, y] = toPixel(sight, [stall.east + along * Math.sin(stall.angle), stall.north + along * Math.cos(stall.angle)]);
-    const { number } = partsOf(stall.label);
-    const text = number === null ? stall.label : String(number);
+    const text = String(partsOf(stall.label)?.number ?? stall.label);
     context.strokeText(text, x, y);
     context.fillText(text, x, y);
   }

@@ -91,3 +91,14 @@ export function onScreen(sight: Sight, [west, south, east, north]: Extent): Exte
   const shown = [[west, south], [east, south], [east, north], [west, north]] as const;
   return extentOf(shown.map((corner) => toPixel(sight, corner))) ?? [0, 0, 0, 0];
 }
+
+/** Where a card stands for a place on the screen: beside it, or `below`, and wholly within the map's element. Pixels. */
+export function cardPlace(pixel: readonly [number, number], card: HTMLElement, within: HTMLElement, below = false): Coordinate {
+  const { offsetWidth: width, offsetHeight: height } = card;
+  const { clientWidth, clientHeight } = within;
+  const hasRoom = pixel[0] + 32 + width < clientWidth - 8;
+  const left = below ? pixel[0] - width / 2 : hasRoom ? pixel[0] + 32 : pixel[0] - 32 - width;
+  const top = below ? pixel[1] + 24 : pixel[1] - height / 2;
+  const limit = (value: number, most: number): number => Math.max(8, Math.min(value, Math.max(8, most - 8)));
+  return [limit(left, clientWidth - width), limit(top, clientHeight - height)];
+}

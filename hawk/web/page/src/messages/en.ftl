@@ -1329,12 +1329,9 @@ archive-lot = Lot
 archive-from = From
 archive-to = To
 archive-surveys = Surveys
-archive-compare = Compare
 archive-figures = Figures
 archive-stalls = Stalls
-archive-report = Report
 archive-links = Links
-archive-recordings = Recordings
 archive-unanswered = The drone does not answer. Look at the connection and load the page again.
 # $status: number of HTTP
 archive-refused = The drone refused that (HTTP { $status }). Load the page again.

@@ -845,12 +845,9 @@ export interface Messages {
   "archive-from": Record<string, never>;
   "archive-to": Record<string, never>;
   "archive-surveys": Record<string, never>;
-  "archive-compare": Record<string, never>;
   "archive-figures": Record<string, never>;
   "archive-stalls": Record<string, never>;
-  "archive-report": Record<string, never>;
   "archive-links": Record<string, never>;
-  "archive-recordings": Record<string, never>;
   "archive-unanswered": Record<string, never>;
   "archive-refused": { status: string | number };
   "archive-asking": Record<string, never>;

@@ -3,6 +3,7 @@ import { customElement, property } from "lit/decorators.js";
 import type { ViewName } from "../route/place.ts";
 import { Route } from "../route/route.ts";
 import type { LanguageChoice } from "../state/preferences.ts";
+import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { language } from "../words/say.ts";
 import "./top-bar.ts";
 import { LateViews } from "./views.ts";
@@ -17,18 +18,13 @@ export class Guest extends LitElement {
   @property({ attribute: false }) speak: (choice: LanguageChoice) => void = () => undefined;
   readonly late = new LateViews(() => this.requestUpdate());
 
+  constructor() {
+    super();
+    new RedrawOnChange(this, () => this.route);
+  }
+
   protected override createRenderRoot(): HTMLElement {
     return this;
-  }
-
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.route.addEventListener("change", this.follow);
-  }
-
-  override disconnectedCallback(): void {
-    this.route.removeEventListener("change", this.follow);
-    super.disconnectedCallback();
   }
 
   override render(): TemplateResult {
@@ -36,6 +32,4 @@ export class Guest extends LitElement {
     return html`<hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .spoken=${language()} .speak=${this.speak}></hawk-top>
       <div class="view" role="main">${this.late.render(this.route, access, language())}</div>`;
   }
-
-  private readonly follow = (): void => this.requestUpdate();
 }

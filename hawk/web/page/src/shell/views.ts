@@ -1,4 +1,4 @@
-import { html, nothing, type TemplateResult } from "lit";
+import { html, type TemplateResult } from "lit";
 import type { Route } from "../route/route.ts";
 import { say } from "../words/say.ts";
 import type { LotAccess } from "../views/lot-views.ts";
@@ -19,7 +19,7 @@ export class LateViews {
     if (this.state === "failed")
       return html`<div class="page"><p role="alert">${say("archive-unanswered")}</p><button @click=${() => this.ask()}>${say("archive-ask-again")}</button></div>`;
     if (this.state !== "there") return html`<div class="page"><p>${say("archive-asking")}</p></div>`;
-    return html`<hawk-views .route=${route} .access=${access} lang=${spoken || nothing}></hawk-views>`;
+    return html`<hawk-views .route=${route} .access=${access} .spoken=${spoken}></hawk-views>`;
   }
 
   private ask(): void {

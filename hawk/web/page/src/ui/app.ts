@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
 import { orNull, readAll } from "../link/api.ts";
-import { VIEWS } from "../route/place.ts";
+import { type ViewName, VIEWS } from "../route/place.ts";
 import { Route } from "../route/route.ts";
 import { type DroneChip, viewLinks } from "../shell/top-bar.ts";
 import { LateViews } from "../shell/views.ts";
@@ -46,6 +46,7 @@ export class App extends LitElement {
   model!: Operator;
   @property({ attribute: false }) route = new Route();
   @state() private lots: ListedLot[] | null = null;
+  private listedFor: ViewName | null = null;
   @state() private panel: Panel = "none";
   @state() private survey = false;
   @state() private swapped = false;
@@ -66,6 +67,7 @@ export class App extends LitElement {
     super.connectedCallback();
     document.addEventListener("keydown", this.key);
     this.route.addEventListener("change", this.moved);
+    this.listedFor = this.route.place.view;
     void this.listLots();
   }
 
@@ -153,8 +155,11 @@ export class App extends LitElement {
       </main>`;
   }
 
+  /** A flight may have made a lot since another view was shown; steps within a view ask for nothing. */
   private readonly moved = (): void => {
-    if (this.route.place.view !== "fly") void this.listLots();
+    const { view } = this.route.place;
+    if (view !== this.listedFor && view !== "fly") void this.listLots();
+    this.listedFor = view;
     this.requestUpdate();
   };
 

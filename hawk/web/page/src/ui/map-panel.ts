@@ -3,7 +3,7 @@ import { customElement, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
 import { dronePlace, shownChanges, shownFence, shownOutline } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
-import { scaleBar, toCoordinate } from "../map/geometry.ts";
+import { cardPlace, scaleBar, toCoordinate } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
 import { PlanOnMap } from "../map/plan-on-map.ts";
 import type { LotFrame } from "../plan/frame.ts";
@@ -330,16 +330,9 @@ export class MapPanel extends Part {
   private placeMark(mark: HTMLElement): void {
     const place = this.markPlace(mark.dataset.mark ?? "");
     const pixel = place ? this.lot?.pixelOf(place) : null;
-    const { clientWidth, clientHeight } = this.holder;
-    const width = mark.offsetWidth;
-    const height = mark.offsetHeight;
     if (!pixel) return;
-    const beside = mark.dataset.mark !== "target";
-    const room = pixel[0] + 32 + width < clientWidth - 8;
-    const left = beside ? (room ? pixel[0] + 32 : pixel[0] - 32 - width) : pixel[0] - width / 2;
-    const top = beside ? pixel[1] - height / 2 : pixel[1] + 24;
-    const limit = (value: number, most: number): number => Math.max(8, Math.min(value, Math.max(8, most - 8)));
-    mark.style.transform = `translate(${limit(left, clientWidth - width)}px, ${limit(top, clientHeight - height)}px)`;
+    const [left, top] = cardPlace(pixel, mark, this.holder, mark.dataset.mark === "target");
+    mark.style.transform = `translate(${left}px, ${top}px)`;
   }
 
   private markPlace(name: string): Point | null {

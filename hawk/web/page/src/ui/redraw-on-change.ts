@@ -1,17 +1,16 @@
 import type { ReactiveController, ReactiveControllerHost } from "lit";
-import type { Operator } from "../state/operator.ts";
 
-/** Draws its component again when the model changes, unless nobody sees it. */
+/** Draws its component again when what it shows reports "change", unless nobody sees it. */
 export class RedrawOnChange implements ReactiveController {
-  private watched: Operator | null = null;
+  private watched: EventTarget | null = null;
   private connected = false;
 
   private readonly host: ReactiveControllerHost;
-  private readonly model: () => Operator;
+  private readonly model: () => EventTarget;
 
   constructor(
     host: ReactiveControllerHost,
-    model: () => Operator,
+    model: () => EventTarget,
   ) {
     this.host = host;
     this.model = model;

@@ -1,9 +1,10 @@
-import { html, LitElement, nothing, type TemplateResult } from "lit";
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { ListedLot } from "../api.ts";
 import type { Place } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
+import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { say } from "../words/say.ts";
 import "./compare-view.ts";
 import "./figures-view.ts";
@@ -24,37 +25,32 @@ export interface LotAccess {
 }
 
 const PARTS = { lots: ["", "stalls", "links"], report: ["", "figures"] } as const;
-const NAMES = { lots: "archive-surveys", stalls: "archive-stalls", links: "archive-links", report: "archive-report", figures: "archive-figures" } as const;
+const NAMES = { lots: "archive-surveys", stalls: "archive-stalls", links: "archive-links", report: "view-report", figures: "archive-figures" } as const;
 
 /** The views of lots over time: surveys by date, compared, in figures, stall by stall, on paper; and the recordings. */
 @customElement("hawk-views")
 export class LotViews extends LitElement {
   @property({ attribute: false }) route!: Route;
   @property({ attribute: false }) access!: LotAccess;
+  /** Language of the page. */
+  @property() spoken = "";
   /** Rises when something was changed: what was read is read again. */
   @state() private revision = 0;
   @state() private notice: { text: string; undo?: () => Promise<unknown> } | null = null;
   private readonly kept = new Map<string, LotSource>();
 
+  constructor() {
+    super();
+    new RedrawOnChange(this, () => this.route);
+  }
+
   protected override createRenderRoot(): HTMLElement {
     return this;
   }
 
-  override connectedCallback(): void {
-    super.connectedCallback();
-    this.route.addEventListener("change", this.follow);
-  }
-
-  override disconnectedCallback(): void {
-    this.route.removeEventListener("change", this.follow);
-    super.disconnectedCallback();
-  }
-
-  private readonly follow = (): void => this.requestUpdate();
-
-  /** Draws again: in another language, say. */
-  drawAgain(): void {
-    this.revision += 1;
+  /** The parts have nothing else that changes with the language. */
+  override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.get("spoken")) this.revision += 1;
   }
 
   override render(): TemplateResult {

@@ -23,7 +23,7 @@ export class RecordingsView extends View {
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     if (value.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
     return html`<p>${say("archive-recordings-size", { count: value.length, size: bytes(value.reduce((sum, row) => sum + row.bytes, 0)) })}</p>
-      <div class="wide" tabindex="0" role="region" aria-label=${say("archive-recordings")}><table>
+      <div class="wide" tabindex="0" role="region" aria-label=${say("view-recordings")}><table>
         <thead><tr>${(["archive-when", "archive-lot", "archive-length", "archive-size", "archive-keep", "archive-file"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
         <tbody>${value.toReversed().map((row) => this.row(row))}</tbody>
       </table></div>`;

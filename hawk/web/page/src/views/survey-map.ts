@@ -3,7 +3,7 @@ import { customElement, property, query, state } from "lit/decorators.js";
 import { API } from "../link/api.ts";
 import type { Point } from "../protocol.ts";
 import { EMPTY_SCENE } from "../map/flight-scene.ts";
-import { scaleBar } from "../map/geometry.ts";
+import { cardPlace, scaleBar } from "../map/geometry.ts";
 import { LotMap } from "../map/lot-map.ts";
 import { MapStore, type Stall } from "../state/map-store.ts";
 import { ALL_LAYERS } from "../state/preferences.ts";
@@ -134,9 +134,7 @@ export class SurveyMap extends LitElement {
     const pixel = stall && map.pixelOf({ North: stall.north, East: stall.east });
     if (!stall || !card || !pixel) return;
     if (this.crop) this.crop.hidden = !map.drawStall(stall, this.crop);
-    const { clientWidth, clientHeight } = this.holder;
-    const left = pixel[0] + 32 + card.offsetWidth < clientWidth - 8 ? pixel[0] + 32 : pixel[0] - 32 - card.offsetWidth;
-    const limit = (value: number, most: number): number => Math.max(8, Math.min(value, Math.max(8, most - 8)));
-    card.style.transform = `translate(${limit(left, clientWidth - card.offsetWidth)}px, ${limit(pixel[1] - card.offsetHeight / 2, clientHeight - card.offsetHeight)}px)`;
+    const [left, top] = cardPlace(pixel, card, this.holder);
+    card.style.transform = `translate(${left}px, ${top}px)`;
   }
 }

@@ -3,7 +3,7 @@ import { customElement } from "lit/decorators.js";
 import type { SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
-import { partsOf } from "../map/draw-labels.ts";
+import { partsOf } from "../plan/values.ts";
 import type { CountedState } from "../state/map-store.ts";
 import { number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
@@ -63,17 +63,17 @@ export class SurveysView extends View {
   private one(row: SurveyUse): TemplateResult {
     const { value, problem } = this.shown;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
+    const title = say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) });
     return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
-      <section class="card about" aria-label=${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}>
-        <h2>${say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) })}</h2>
+      <section class="card about" aria-label=${title}>
+        <h2>${title}</h2>
         <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls: row.free + row.taken + row.unknown })}</p>
         <p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
         ${value === null ? nothing : rows(value)}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[say("archive-clock", { zone: this.listed.value?.clock ?? "" }), sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
-        ${this.mayChange ? this.actions(row) : nothing}
-        ${this.mayChange ? html`<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} .mayChange=${this.mayChange}></hawk-changes>` : nothing}
+        ${this.mayChange ? html`${this.actions(row)}<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
       </section>`;
   }
 
@@ -112,7 +112,7 @@ function named(column: "archive-free" | "archive-taken" | "archive-unknown" | "a
 function rows({ stalls }: SurveyOnMap): TemplateResult | typeof nothing {
   const found = new Map<string, Record<CountedState, number>>();
   for (const { label, state } of stalls) {
-    const { row } = partsOf(label);
+    const row = partsOf(label)?.row ?? "";
     const counts = found.get(row) ?? { free: 0, taken: 0, unknown: 0 };
     if (state !== "suggested") counts[state] += 1;
     found.set(row, counts);

@@ -15,7 +15,7 @@ export interface Day {
 }
 
 const DAY_MS = 86_400_000;
-export const WEEK_DAYS = 7;
+const WEEK_DAYS = 7;
 /** Ticks nearer than this part of a day are one: two hours. */
 const APART = 1 / 12;
 

@@ -49,8 +49,8 @@ export class TimeBar extends LitElement {
     const on = this.chosen.some((id) => ids.includes(id));
     const count = ids.length;
     const { value } = survey.occupancy;
-    const words = [clock, survey.left_out_code === "" ? `${say("archive-occupancy")} ${share(survey.occupancy)}` : say("time-bar-not-counted"), count > 1 ? say("time-bar-more", { count: count - 1 }) : ""];
-    return html`<button class="tick ${on ? "on" : ""}" aria-pressed=${on} title=${words.filter((each) => each !== "").join(", ")} aria-label=${words.filter((each) => each !== "").join(", ")}
+    const label = [clock, survey.left_out_code === "" ? `${say("archive-occupancy")} ${share(survey.occupancy)}` : say("time-bar-not-counted"), count > 1 ? say("time-bar-more", { count: count - 1 }) : ""].filter((each) => each !== "").join(", ");
+    return html`<button class="tick ${on ? "on" : ""}" aria-pressed=${on} title=${label} aria-label=${label}
       ${cssVars({ "--at": `${100 * at}%`, "--full": `${100 * (value ?? 0)}%` })} @click=${() => this.pick(survey.id)}>
       <i class=${value === null ? "unknown" : ""}></i><span class="clock">${on ? clock : ""}</span>${count > 1 ? html`<span class="count" aria-hidden="true">${number(count)}</span>` : nothing}</button>`;
   }
