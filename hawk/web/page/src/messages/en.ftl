@@ -565,7 +565,8 @@ lot-surveys =
 # $when: a day
 lot-seen = · last seen { $when }
 rename = Rename
-show-survey-of = Newest survey of { $name }
+newest-survey = Newest survey
+newest-survey-of = Newest survey: { $name }
 rename-lot = Rename { $name }
 name-of-lot = Name of the lot
 which-lot = Which lot is it?

@@ -561,7 +561,8 @@ lot-surveys =
 # $when: a day
 lot-seen = · vu le { $when }
 rename = Renommer
-show-survey-of = Dernier relevé de { $name }
+newest-survey = Dernier relevé
+newest-survey-of = Dernier relevé : { $name }
 rename-lot = Renommer { $name }
 name-of-lot = Nom du parking
 which-lot = Quel parking est-ce ?

@@ -348,7 +348,8 @@ export interface Messages {
   "lot-surveys": { surveys: number };
   "lot-seen": { when: string | number };
   "rename": Record<string, never>;
-  "show-survey-of": { name: string | number };
+  "newest-survey": Record<string, never>;
+  "newest-survey-of": { name: string | number };
   "rename-lot": { name: string | number };
   "name-of-lot": Record<string, never>;
   "which-lot": Record<string, never>;
