@@ -629,6 +629,7 @@ plan-other-edits = { $who } edits since { $time }.
 plan-nameless = Operator
 plan-take-over = Take over
 plan-go-on = Go on editing
+plan-nobody-edits = Nobody edits. Your first change begins an edit.
 plan-no-edit = Your edit was closed.
 plan-opening = Opens the edit…
 plan-waits =

@@ -619,6 +619,7 @@ plan-other-edits = { $who } modifie depuis { $time }.
 plan-nameless = Opérateur
 plan-take-over = Prendre la main
 plan-go-on = Continuer
+plan-nobody-edits = Personne ne modifie. Votre premier changement ouvre une modification.
 plan-no-edit = Votre modification a été close.
 plan-opening = Ouverture…
 plan-waits =

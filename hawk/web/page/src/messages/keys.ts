@@ -382,6 +382,7 @@ export interface Messages {
   "plan-nameless": Record<string, never>;
   "plan-take-over": Record<string, never>;
   "plan-go-on": Record<string, never>;
+  "plan-nobody-edits": Record<string, never>;
   "plan-no-edit": Record<string, never>;
   "plan-opening": Record<string, never>;
   "plan-waits": { steps: number };
