@@ -32,7 +32,7 @@ _BESIDE: Final = 8
 """Rows up to which their table stands beside the curve."""
 _MOST_POINTS: Final = 60
 """Surveys up to which the curve leaves room beside it."""
-_BESIDE_PX: Final = 392.0
+_BESIDE_PX: Final = 376.0
 _SHADES: Final = 10
 
 

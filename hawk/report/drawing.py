@@ -11,7 +11,7 @@ from typing import Final
 
 from markupsafe import Markup
 
-from hawk.report.values import DrawnStall, LotPicture, Point, Report
+from hawk.report.values import DrawnRow, DrawnStall, LotPicture, Point, Report
 from hawk.report.words import Words
 from hawk.results.map_picture import scale_bar_m
 from hawk.stats.hour_use import SurveyShare
@@ -25,8 +25,10 @@ _MOST_NAMED: Final = 8
 _WEEK, _MONTH = 7, 31
 _MOST_ROWS: Final = 80
 """Rows whose names stand in the picture."""
-_NUMBERS_FROM: Final = 11.0
+_NUMBERS_FROM: Final = 9.5
 """Width of a stall on paper from which its number is read, pixels."""
+_LEGEND: Final = 25.0
+"""Height of what stands below a picture."""
 _ZONE_LETTERS: Final = 0.56
 """Width of a letter over its size."""
 
@@ -53,7 +55,8 @@ def curve(report: Report, words: Words, width: float) -> Markup:
     axis = _Axis(report.first, (width - _LEFT - _RIGHT) / len(days))
     parts = [*_hatched(report, axis, days), *_grid(axis, days, width, words)]
     by_day = groupby(report.asked.surveys, key=lambda survey: survey.at[:10])
-    parts += [part for _, surveys in by_day for part in _day(axis, tuple(surveys))]
+    radius = min(max(width / (2.2 * len(report.asked.surveys)), 1.2), 3.2)
+    parts += [part for _, surveys in by_day for part in _day(axis, tuple(surveys), radius)]
     return _svg(width, _HIGH, parts, words("curve-words"))
 
 
@@ -96,7 +99,7 @@ def _names(days: Sequence[date], words: Words) -> Iterable[tuple[date, str]]:
     return [(day, words.month(day)) for day in days if day.day == 1]
 
 
-def _day(axis: _Axis, surveys: Sequence[SurveyShare]) -> Iterable[str]:
+def _day(axis: _Axis, surveys: Sequence[SurveyShare], radius: float) -> Iterable[str]:
     """Yield the surveys of a day: their line, then whiskers and points over it."""
     places = []
     for survey in surveys:
@@ -107,14 +110,14 @@ def _day(axis: _Axis, surveys: Sequence[SurveyShare]) -> Iterable[str]:
     if len(places) > 1:
         line = "L".join(f"{x:.1f} {_height(value):.1f}" for x, value, _, _ in places)
         yield f'<path d="M{line}" fill="none" stroke="#c05000" stroke-width="1.6"/>'
-    cap = min(2.6, axis.day / 3)
+    cap = min(radius, axis.day / 3)
     for x, value, low, high in places:
         top, floor = _height(high), _height(low)
         yield _line(x, top, x, floor, "#15202b", 1.1)
         yield _line(x - cap, top, x + cap, top, "#15202b", 1.1)
         yield _line(x - cap, floor, x + cap, floor, "#15202b", 1.1)
-        radius = min(3.2, max(axis.day / 2, 1.2))
-        yield f'<circle cx="{x:.1f}" cy="{_height(value):.1f}" r="{radius:.1f}" fill="#ff7a1a" stroke="#15202b"/>'
+        look = f'r="{radius:.1f}" fill="#ff7a1a" stroke="#15202b" stroke-width="{radius / 3.2:.1f}"'
+        yield f'<circle cx="{x:.1f}" cy="{_height(value):.1f}" {look}/>'
 
 
 def _height(share: float) -> float:
@@ -126,7 +129,7 @@ def _height(share: float) -> float:
 
 def lot_drawing(picture: LotPicture, words: Words, width: float, height: float) -> Markup:
     """Return the lot with its stalls, letters and numbers, zones, scale and legend, within a width and a height."""
-    scale = min(width / picture.width, height / picture.height)
+    scale = min(width / picture.width, (height - _LEGEND) / picture.height)
     seen = _Sheet(scale, (width - picture.width * scale) / 2)
     high = picture.height * scale
     parts = [_STATES, _box(0, 0, width, high, 'fill="#ececec"')]
@@ -146,9 +149,10 @@ def lot_drawing(picture: LotPicture, words: Words, width: float, height: float) 
         )
     parts += [_zone_name(zone.name, zone.ring, seen) for zone in picture.zones]
     if len(picture.rows) <= _MOST_ROWS:
-        parts += [part for name, at in picture.rows for part in _letter(name, seen, at, width, high)]
+        beyond = picture.stall_width * scale / 2
+        parts += [part for row in picture.rows for part in _letter(row, seen, beyond, width, high)]
     parts += _legend(picture, words, scale, high)
-    return _svg(width, high, parts, words("picture"))
+    return _svg(width, high + _LEGEND, parts, words("picture"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,9 +207,12 @@ def _zone_name(name: str, ring: Sequence[Point], seen: _Sheet) -> str:
     return plate + _text(x, y + 13, name, "middle", 8.5)
 
 
-def _letter(name: str, seen: _Sheet, place: Point, width: float, height: float) -> Iterable[str]:
-    x, y = seen.at(place)
-    radius = 8.0 if len(name) <= 2 else 3.2 * len(name)
+def _letter(row: DrawnRow, seen: _Sheet, beyond: float, width: float, height: float) -> Iterable[str]:
+    """Yield the name of a row on a plate that begins ``beyond`` the middle of its first stall."""
+    name, radius = row.name, 8.0 if len(row.name) <= 2 else 3.2 * len(row.name)
+    off = beyond + 1 + max(radius * abs(row.out[0]), 8 * abs(row.out[1]))
+    x, y = seen.at(row.first)
+    x, y = x + row.out[0] * off, y + row.out[1] * off
     x, y = min(max(x, radius + 1), width - radius - 1), min(max(y, 9.0), height - 9.0)
     yield (
         f'<rect x="{x - radius:.1f}" y="{y - 8:.1f}" width="{2 * radius:.1f}" height="16" rx="8" fill="#ffffff" '
@@ -214,25 +221,23 @@ def _letter(name: str, seen: _Sheet, place: Point, width: float, height: float) 
     yield _text(x, y + 3.5, name, "middle", 9.5, 'font-weight="bold"')
 
 
-def _legend(picture: LotPicture, words: Words, scale: float, height: float) -> Iterable[str]:
-    """Yield north, scale and states on a plate at the lower left."""
+def _legend(picture: LotPicture, words: Words, scale: float, top: float) -> Iterable[str]:
+    """Yield north, scale and states below the picture, which they never cover."""
     metres = scale_bar_m(picture.metres / scale, 680)
     bar = metres / picture.metres * scale
-    names = [(state, words(name)) for state, name in (("free", "free"), ("taken", "taken"), ("unknown", "unclear"))]
-    wide = 58 + bar + 40 + sum(34 + len(name) * 6 for _, name in names)
-    y = height - 30
-    yield _box(6, y, wide, 24, 'fill="#ffffff" rx="5"')
-    yield f'<path d="M18 {y + 4:.1f}l5 16-5-4-5 4z" fill="#15202b"/>'
-    yield _text(28, y + 16, words("north"), "start", 10)
+    y = top + 3
+    turn = f' transform="rotate(90 14 {y + 11:.1f})"' if picture.is_turned else ""
+    yield f'<path d="M14 {y + 3:.1f}l5 16-5-4-5 4z" fill="#15202b"{turn}/>'
+    yield _text(26, y + 15, words("north"), "start", 10)
     x = 44.0
-    yield (f'<path d="M{x:.1f} {y + 8:.1f}v8h{bar:.1f}v-8" fill="none" stroke="#15202b" stroke-width="1.6"/>')
-    yield _text(x + bar + 6, y + 16, words("metres", metres=metres), "start", 10)
-    x += bar + 46
-    for state, name in names:
-        yield _box(x, y + 6, 18, 12, 'fill="#5d6a75"' if state == "free" else 'fill="#16222c"')
-        yield _box(x + 1, y + 7, 16, 10, _LOOKS[state])
-        yield _text(x + 24, y + 16, name, "start", 10)
-        x += 34 + len(name) * 6
+    yield f'<path d="M{x:.1f} {y + 7:.1f}v8h{bar:.1f}v-8" fill="none" stroke="#15202b" stroke-width="1.6"/>'
+    yield _text(x + bar + 6, y + 15, words("metres", metres=metres), "start", 10)
+    x += bar + 56
+    for state, name in (("free", "free"), ("taken", "taken"), ("unknown", "unclear")):
+        yield _box(x, y + 5, 18, 12, 'fill="#5d6a75"' if state == "free" else 'fill="#16222c"')
+        yield _box(x + 1, y + 6, 16, 10, _LOOKS[state])
+        yield _text(x + 24, y + 15, words(name), "start", 10)
+        x += 42 + len(words(name)) * 6
 
 
 def _mean(values: Sequence[float]) -> float:

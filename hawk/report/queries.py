@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from datetime import date
+from datetime import date, datetime
 from typing import Final, cast
 
 import numpy as np
@@ -18,7 +18,7 @@ from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import LotInputError
 from hawk.report.options import Wanted
 from hawk.report.picture import newest_of
-from hawk.report.values import LayoutChange, Missing, Newest, Part, Report, StallRecord, Why
+from hawk.report.values import NOT_THERE, LayoutChange, Missing, Newest, Part, Report, StallRecord, Why
 from hawk.stats import queries as uses
 from hawk.stats.answers import SurveyUse
 from hawk.stats.changes import steady
@@ -26,7 +26,7 @@ from hawk.stats.hour_use import UNSEEN_PART, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.period import period_of_lot
 from hawk.stats.use_query import Asked
-from hawk.stats.values import Estimate, LeftOut, Panel, groups_of, whole
+from hawk.stats.values import WEEKDAYS, Estimate, LeftOut, Panel, groups_of, whole
 
 _MOST: Final = 1000
 """Items of a part of a list."""
@@ -42,9 +42,11 @@ def read_report(connection: Connection, pictures: PictureFolder, wanted: Wanted,
     asked = asked_use(panel, wanted.asked)
     listed = uses.surveys_use(connection, wanted.lot, period).surveys[::-1]
     used = tuple(each for each in listed if not each.left_out)
-    missing = (*_missing(panel, asked.left_out), *_deleted(connection, wanted.lot, panel, period))
+    deleted = tuple(_deleted(connection, wanted.lot, panel, period))
+    missing = (*_missing(panel, asked.left_out), *(each for each in deleted if _is_asked(wanted.asked, each.at)))
     layouts, lost = _layouts(connection, wanted.lot, panel, period)
-    flown = frozenset(each.date() for each in (*panel.local_times, *(each.at for each in missing)))
+    others = (*(each.at for each in deleted), *(each.ended.astimezone(panel.clock) for each in panel.left_out))
+    flown = frozenset(each.date() for each in (*panel.local_times, *others))
     first, last = _days(panel, period, flown, now)
     newest = _newest(connection, pictures, panel, used, has_ground=wanted.has_ground)
     total, rows = Part(panel.name, asked.stalls, asked.occupancy), _rows(panel, wanted.asked)
@@ -131,6 +133,10 @@ def _deleted(connection: Connection, lot: str, panel: Panel, period: Period) -> 
         yield Missing(panel.local(ended), "deleted")
 
 
+def _is_asked(asked: Asked, at: datetime) -> bool:
+    return WEEKDAYS[at.weekday()] in asked.weekdays and at.hour in asked.hours
+
+
 def _layouts(
     connection: Connection, lot: str, panel: Panel, period: Period
 ) -> tuple[tuple[LayoutChange, ...], int]:  # fmt: skip
@@ -159,14 +165,11 @@ def _newest(
 def _stalls(connection: Connection, lot: str, panel: Panel, period: Period) -> tuple[StallRecord, ...]:
     use = uses.stalls_use(connection, lot, period)
     part = slice(max(len(panel.surveys) - MOST_STATES, 0), None)
-    states = np.where(panel.is_there[part], panel.state[part].astype(np.int64), _NOT_THERE).T.tolist()
+    states = np.where(panel.is_there[part], panel.state[part].astype(np.int64), NOT_THERE).T.tolist()
     return tuple(
         StallRecord(
             stall.id, stall.label, stall.row, stall.kind, stall.zones, use.surveys[k], use.share[k], use.low[k],
-            use.high[k], tuple(None if each == _NOT_THERE else each for each in states[k]),
+            use.high[k], tuple(states[k]),
         )
         for k, stall in enumerate(panel.stalls)
     )  # fmt: skip
-
-
-_NOT_THERE: Final = 99

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from datetime import date, datetime, timedelta
-from typing import Literal
+from typing import Final, Literal
 
 from hawk.stats.answers import SurveyUse
 from hawk.stats.hour_use import AskedUse, SurveyShare
@@ -13,6 +13,8 @@ from hawk.stats.values import WEEKDAYS, Estimate
 Point = tuple[float, float]
 """Column and row of a picture, pixels."""
 Why = Literal["deleted", "unregistered", "no_time", "no_looks", "unseen"]
+NOT_THERE: Final = 2
+"""State of a stall that the layout of a survey has not."""
 Note = Literal["picture_broken", "nothing_to_draw", "by_link", "not_kept"]
 
 
@@ -39,6 +41,15 @@ class DrawnStall:
 
 
 @dataclass(frozen=True, slots=True)
+class DrawnRow:
+    """A row of a picture: the middle of its first stall, and the direction out of the row there, of length 1 or 0."""
+
+    name: str
+    first: Point
+    out: Point
+
+
+@dataclass(frozen=True, slots=True)
 class DrawnZone:
     """A zone of a picture by its ring."""
 
@@ -48,17 +59,18 @@ class DrawnZone:
 
 @dataclass(frozen=True, slots=True)
 class LotPicture:
-    """A lot from above, north up, ``width`` and ``height`` pixels of ``metres`` each.
+    """A lot from above, ``width`` and ``height`` pixels of ``metres`` each. North is up; to the right if ``is_turned``.
 
-    ``jpeg``: the ground; empty without it. ``stall_width``: of most stalls, pixels. ``rows``: name and place of each.
+    ``jpeg``: the ground; empty without it. ``stall_width``: of most stalls, pixels.
     """
 
     width: int
     height: int
     metres: float
+    is_turned: bool
     stall_width: float
     stalls: tuple[DrawnStall, ...] = field(repr=False)
-    rows: tuple[tuple[str, Point], ...] = field(repr=False)
+    rows: tuple[DrawnRow, ...] = field(repr=False)
     zones: tuple[DrawnZone, ...] = field(repr=False)
     jpeg: bytes = field(default=b"", repr=False)
 
@@ -97,8 +109,8 @@ class LayoutChange:
 
 @dataclass(frozen=True, slots=True)
 class StallRecord:
-    """A stall with the share of its surveys that found it taken; ``states``: `FREE`, `TAKEN`, `UNSEEN` by survey, None
-    where the layout of that time had no such stall.
+    """A stall with the share of its surveys that found it taken; ``states``: `FREE`, `TAKEN`, `UNSEEN` by survey, and
+    `NOT_THERE`.
     """
 
     id: str
@@ -110,7 +122,7 @@ class StallRecord:
     share: float | None
     low: float | None
     high: float | None
-    states: tuple[int | None, ...] = field(repr=False)
+    states: tuple[int, ...] = field(repr=False)
 
 
 @dataclass(frozen=True, slots=True)

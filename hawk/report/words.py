@@ -21,7 +21,8 @@ from hawk.stats.values import NO_ROW, NO_ZONE, WEEKDAYS, Estimate, Weekday
 
 NONE: Final = "–"
 """Text of what nobody flew."""
-_PERCENT: Final = "#,##0\N{NO-BREAK SPACE}%"
+_UNIT: Final = "\N{NO-BREAK SPACE}%"
+_PERCENT: Final = "#,##0" + _UNIT
 _DAY: Final = "EEE d MMM"
 _DAY_YEAR: Final = "EEE d MMM y"
 _DATE_YEAR: Final = "d MMM y"
@@ -71,11 +72,14 @@ class Words:
         return NONE if found.value is None else str(format_percent(round(found.value, 2), _PERCENT, self.locale))
 
     def shares(self, found: Estimate) -> str:
-        """Return the ends of a share's interval; the unit stands once."""
+        """Return the ends of a share's interval, with a decimal where they differ by less; the unit stands once."""
         if found.low is None or found.high is None:
             return NONE
-        high = format_percent(round(found.high, 2), _PERCENT, self.locale)
-        return self("range", low=self.count(round(found.low * 100)), high=str(high))
+        digits = 1 if round(found.low, 2) == round(found.high, 2) else 0
+        low, high = (round(each, 2 + digits) for each in (found.low, found.high))
+        form = "#,##0.0" if digits else "#,##0"
+        shown = format_percent(high, form + _UNIT, self.locale, decimal_quantization=False)
+        return self("range", low=str(format_decimal(100 * low, form, self.locale)), high=str(shown))
 
     def amount(self, found: Estimate) -> str:
         """Return a number of stalls."""

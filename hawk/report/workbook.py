@@ -19,7 +19,7 @@ from pydantic_core import to_json
 from hawk.report.document import labels_of, method_of, source_of, why_of
 from hawk.report.options import Language
 from hawk.report.queries import MOST_STATES
-from hawk.report.values import Report
+from hawk.report.values import NOT_THERE, Report
 from hawk.report.words import Words
 from hawk.stats.hour_use import SurveyShare
 from hawk.stats.values import FREE, TAKEN, UNSEEN, Estimate
@@ -32,7 +32,7 @@ _FORMS: Final[dict[Kind, str]] = {
 }  # fmt: skip
 _SECONDS_A_DAY: Final = 86_400
 _EPOCH: Final = datetime(1899, 12, 30)  # noqa: DTZ001 - a workbook's times are those of a wall
-_STATES: Final = {FREE: "free", TAKEN: "taken", UNSEEN: "unseen", None: "none"}
+_STATES: Final = {FREE: "free", TAKEN: "taken", UNSEEN: "unseen", NOT_THERE: "none"}
 _WIDE, _NARROW, _ID = 34, 13, 38
 Cell = tuple[Kind, str | float] | str | float | None
 """A cell: a kind with its value, a text, or a number of its column's kind; None: empty."""

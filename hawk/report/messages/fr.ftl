@@ -53,7 +53,7 @@ taken-stalls = occupées
 unclear-stalls = incertaines
 north = N
 metres = { $metres } m
-picture = Le parking vu d’en haut, le nord en haut
+picture = Le parking vu d’en haut, avec ses places
 newest = Dernier relevé, { $at } : { $free } { $free ->
     [one] libre
    *[other] libres

@@ -9,14 +9,15 @@ import numpy as np
 import pytest
 from sqlalchemy import text
 
+from hawk.exports.ground import Ground
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.pictures import pictures_of
 from hawk.report.document import MOST_ROWS, content_policy, document
 from hawk.report.options import LANGUAGES, PAPERS, Form, Language, Paper
-from hawk.report.picture import MOST_BYTES, _jpeg
+from hawk.report.picture import MOST_BYTES, _about_stalls, _jpeg, _Sheet
 from tests.unit.report.conftest import Read
 from tests.unit.report.read_back import Page
-from tests.unit.report.week import NAME, ZONE
+from tests.unit.report.week import NAME, ZONE, mosaic
 
 ENGLISH = Form()
 NBSP = "\N{NO-BREAK SPACE}"
@@ -86,6 +87,7 @@ def test_a_question_about_a_part_says_that_part_alone_beside_the_other_rows(read
     assert len(page.tables["Surveys"][0]) == 3  # counts of the lot would be of other stalls
     assert sum("in" in (each.get("class") or "").split() for each in page.attributes("td")) == 5 * 4
     assert not report.zones
+    assert "Left out" not in page.tables  # it was deleted, and flown at another hour
 
 
 @pytest.mark.slow
@@ -126,6 +128,34 @@ def test_a_link_shows_stalls_without_the_ground(read: Read) -> None:
     assert "The ground is not shown by a link." in page.words
     assert not page.attributes("image")
     assert len([each for each in page.attributes("polygon") if "points" in each]) >= 60
+
+
+@pytest.mark.slow
+def test_stalls_beyond_the_picture_are_on_the_sheet_too(read: Read, folder: Path) -> None:
+    whole = read().newest
+    assert whole is not None
+    tiles = {key: tile for key, tile in mosaic().items() if key == (0, 0)}
+    pictures_of(folder / "lots.db").write(whole.use.id, tiles)
+    newest = read().newest
+    assert newest is not None
+    assert newest.picture is not None
+    assert newest.picture.jpeg
+    at = np.array([corner for stall in newest.picture.stalls for corner in stall.corners])
+    assert (at >= 0).all()
+    assert (at <= (newest.picture.width, newest.picture.height)).all()
+
+
+@pytest.mark.slow
+def test_a_high_lot_lies_on_its_side_with_north_to_the_right() -> None:
+    ground = Ground(np.zeros((400, 100, 3), np.uint8), np.full((400, 100), 255, np.uint8), 40.0, 0.0, 0.1)
+    corners = np.array([[(38.0, 1.0), (38.0, 9.0), (2.0, 9.0), (2.0, 1.0)]])
+    sheet = _Sheet.of(_about_stalls(ground, corners))
+    height, width = sheet.image.shape[:2]
+    assert sheet.is_turned
+    assert width > height
+    northern, southern = sheet.places(np.array([(38.0, 5.0), (2.0, 5.0)]))
+    assert northern[0] > southern[0]
+    assert northern[1] == pytest.approx(southern[1])
 
 
 @pytest.mark.slow

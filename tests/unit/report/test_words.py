@@ -42,6 +42,8 @@ def test_figures_stand_with_their_range_and_nothing_for_what_nobody_flew() -> No
     english, french = Words("en"), Words("fr")
     share = Estimate(0.491, 0.46, 0.523, 3)
     assert (english.share(share), english.shares(share)) == ("49\N{NO-BREAK SPACE}%", "46 to 52\N{NO-BREAK SPACE}%")
+    assert english.shares(Estimate(0.55, 0.548, 0.5512, 3)) == "54.8 to 55.1\N{NO-BREAK SPACE}%"
+    assert french.shares(Estimate(0.55, 0.548, 0.5512, 3)) == "54,8 à 55,1\N{NO-BREAK SPACE}%"
     assert french.shares(share) == "46 à 52\N{NO-BREAK SPACE}%"
     assert english.amounts(Estimate(1234.4, 1200.0, 1300.0, 3)) == "1,200 to 1,300"
     assert {english.share(NOTHING), english.shares(NOTHING), french.amount(NOTHING), french.amounts(NOTHING)} == {"–"}
