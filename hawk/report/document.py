@@ -32,7 +32,7 @@ _BESIDE: Final = 8
 """Rows up to which their table stands beside the curve."""
 _MOST_POINTS: Final = 60
 """Surveys up to which the curve leaves room beside it."""
-_BESIDE_PX: Final = 376.0
+_BESIDE_PX: Final = 348.0
 _SHADES: Final = 10
 
 
@@ -46,7 +46,7 @@ class _Sheet:
 
 
 _SHEETS: Final[dict[Paper, _Sheet]] = {
-    "a4": _Sheet("210mm 297mm", 680.0, 372.0), "letter": _Sheet("8.5in 11in", 702.0, 308.0),
+    "a4": _Sheet("210mm 297mm", 680.0, 352.0), "letter": _Sheet("8.5in 11in", 702.0, 308.0),
 }  # fmt: skip
 
 

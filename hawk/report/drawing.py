@@ -86,7 +86,7 @@ def _grid(axis: _Axis, days: Sequence[date], width: float, words: Words) -> Iter
         middle = x + axis.day / 2 if len(days) <= _MOST_NAMED else x
         anchor = "middle" if len(days) <= _MOST_NAMED else "start"
         if x - last >= 52 or len(days) <= _MOST_NAMED:
-            yield _text(middle, _FLOOR + 16, name, anchor)
+            yield _text(middle, _FLOOR + 16, name, anchor, 9)
             last = x
     yield _line(width - _RIGHT, _TOP, width - _RIGHT, _FLOOR, "#d7dee5")
 

@@ -73,7 +73,10 @@ def _days(
     last = days[-1] if days else None
     if period.end is not None:
         last = panel.local(min(period.end - _SECOND, max(now, period.begin or now))).date()
-    return (first, last) if first is not None and last is not None else (None, None)
+    today = panel.local(now).date()
+    if first is None or last is None:
+        return (None, None) if first == last else (first or last, last or max(first or today, today))
+    return first, last
 
 
 def _rows(panel: Panel, asked: Asked) -> tuple[Part, ...]:

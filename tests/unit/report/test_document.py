@@ -42,7 +42,7 @@ def test_the_first_page_says_lot_question_answer_and_figures_each_with_its_range
     rows = {row[0]: row for row in page.tables["Rows"]}
     assert rows.keys() == {"Row", "A", "B", "C", "Lot"}
     assert all(" to " in rows[name][3] for name in ("A", "B", "C", "Lot"))
-    assert int(rows["A"][4]) >= 1
+    assert re.fullmatch(r"1\d+ to \d+", rows["A"][4])
     assert rows["Lot"][1] == "60"
 
 
@@ -201,7 +201,9 @@ def test_a_period_without_surveys_is_a_document_that_says_so(read: Read) -> None
     for language in LANGUAGES:
         page = Page.of(document(read(begin="2031-01-01"), Form(language)))
         assert not page.tables
-    assert "No survey of this period counts" in Page.of(document(read(begin="2031-01-01"), ENGLISH)).words
+    page = Page.of(document(read(begin="2031-01-01"), ENGLISH))
+    assert "No survey of this period counts" in page.words
+    assert "1 Jan 2031" in page.words
 
 
 @pytest.mark.slow
@@ -231,3 +233,20 @@ def test_a_long_list_is_cut_with_words(read: Read) -> None:
     page = Page.of(document(replace(report, asked=report.asked.model_copy(update={"surveys": surveys})), ENGLISH))
     assert len(page.tables["Surveys"]) == MOST_ROWS + 1
     assert f"The newest {MOST_ROWS} of 220 surveys. The workbook lists all." in page.words
+
+
+@pytest.mark.slow
+def test_surveys_of_a_simulator_and_by_pictures_of_others_are_named_as_such(read: Read, folder: Path) -> None:
+    whole = read()
+    store = Database(folder / "lots.db")
+    with store.writing() as connection:
+        first, second = (use.id for use in whole.surveys[:2])
+        connection.execute(text("update survey set simulated = 1 where id = :id"), {"id": first})
+        connection.execute(
+            text("update survey set kind = 'picture', source = 'orthophoto' where id = :id"), {"id": second}
+        )
+    store.close()
+    page = Page.of(document(read(), ENGLISH))
+    assert "One survey was flown by a simulator: its cars are drawn, not real." in page.words
+    assert "One survey was made of pictures that others took" in page.words
+    assert [row[-1] for row in page.tables["Surveys"][1:4]] == ["simulated", "by pictures of others", ""]

@@ -29,7 +29,8 @@ def test_the_figures_are_those_of_the_document(read: Read) -> None:
     for name, stalls, share, _, always in page.tables["Rows"][1:-1]:
         assert rows[name][3] == float(stalls)
         assert f"{float(rows[name][4] or 0):.0%}" == share.replace("\N{NO-BREAK SPACE}", "")
-        assert rows[name][8] == float(always)
+        ends = f"{float(rows[name][9] or 0):.0f} to {float(rows[name][10] or 0):.0f}"
+        assert f"{float(rows[name][8] or 0):.0f}{ends}" == always
     hours = [row for row in found.sheets["Weekday by hour"][1:] if row[3]]
     shown = [cell for row in page.tables["Weekday by hour"][1:] for cell in row[1:] if cell]
     assert len(found.sheets["Weekday by hour"]) == 1 + 168
