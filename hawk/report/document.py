@@ -17,7 +17,7 @@ from markupsafe import Markup
 from hawk.lots.change_detection.takeover import TAKEN_OVER
 from hawk.lots.ingest import FIRST_FLIGHT
 from hawk.lots.plan.edits import CORRECTED
-from hawk.report.drawing import curve, lot_drawing
+from hawk.report.canvas import curve, lot_drawing
 from hawk.report.options import Form, Paper
 from hawk.report.values import Newest, Report
 from hawk.report.words import Words
