@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
+import importlib
 import io
 import re
 import zipfile
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
+from typing import Any
 
+import pytest
 from defusedxml import ElementTree
 
 _MAIN = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 Value = str | float | None
+
+
+def pdf_writer() -> Any:
+    """Return WeasyPrint; skip the test where it, or Pango, is not installed."""
+    try:
+        return importlib.import_module("weasyprint")
+    except (ImportError, OSError) as error:
+        pytest.skip(f"no PDF is written here: {error}", allow_module_level=True)
 
 
 @dataclass

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hawk.cli import main
-from tests.unit.report.read_back import Book, Page
+from tests.unit.report.read_back import Book, Page, pdf_writer
 from tests.unit.report.week import NAME
 
 Run = Callable[..., tuple[int, str, str]]
@@ -27,7 +27,7 @@ def run(folder: Path, capsys: pytest.CaptureFixture[str]) -> Run:
 @pytest.mark.parametrize(("kind", "begin"), [("html", b"<!doctype html>"), ("pdf", b"%PDF-"), ("xlsx", b"PK")])
 def test_the_end_of_the_name_says_the_kind_of_file(run: Run, folder: Path, kind: str, begin: bytes) -> None:
     if kind == "pdf":
-        pytest.importorskip("weasyprint", exc_type=ImportError)
+        pdf_writer()
     status, out, error = run(f"report.{kind}")
     assert (status, error) == (0, "")
     assert out.startswith(f"{folder}/report.{kind}: 0.")

@@ -12,9 +12,10 @@ from hawk.report.document import document
 from hawk.report.options import Form
 from hawk.report.pdf import NoWriterError, printed
 from tests.unit.report.conftest import Read
+from tests.unit.report.read_back import pdf_writer
 from tests.unit.report.week import NAME
 
-weasyprint = pytest.importorskip("weasyprint", exc_type=ImportError)
+weasyprint = pdf_writer()
 
 
 def unpacked(data: bytes) -> bytes:

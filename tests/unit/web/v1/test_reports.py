@@ -16,7 +16,7 @@ from hawk.comm.protocol.authority import Role
 from hawk.formats import box
 from hawk.lots.store import LotStore
 from hawk.web.v1 import reports
-from tests.unit.report.read_back import Book, Page
+from tests.unit.report.read_back import Book, Page, pdf_writer
 from tests.unit.report.week import NAME, Week
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
@@ -77,7 +77,7 @@ async def test_a_viewer_is_shown_the_document_which_a_frame_of_this_page_may_hol
 
 @pytest.mark.slow
 async def test_pdf_and_workbook_are_written_by_a_process_of_their_own(desk: Desk) -> None:
-    pytest.importorskip("weasyprint", exc_type=ImportError)
+    pdf_writer()
     pdf, book = await asyncio.gather(desk.report("pdf"), desk.report("xlsx", "?row=B"))
     assert (pdf.status, pdf.content_type) == (200, "application/pdf")
     assert (await pdf.read()).startswith(b"%PDF-")
