@@ -46,7 +46,7 @@ class _Sheet:
 
 
 _SHEETS: Final[dict[Paper, _Sheet]] = {
-    "a4": _Sheet("210mm 297mm", 680.0, 352.0), "letter": _Sheet("8.5in 11in", 702.0, 308.0),
+    "a4": _Sheet("210mm 297mm", 680.0, 352.0), "letter": _Sheet("8.5in 11in", 702.0, 320.0),
 }  # fmt: skip
 
 
