@@ -33,6 +33,8 @@ from hawk.picture.commands import COMMAND as MAP
 from hawk.picture.commands import add_map_command
 from hawk.replay.commands import COMMAND as REPLAY
 from hawk.replay.commands import add_replay_command
+from hawk.report.commands import COMMAND as REPORT
+from hawk.report.commands import add_report_command
 from hawk.runtime.process import READER_GONE, end_within, lose_readers, readers_are_gone
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
@@ -52,7 +54,21 @@ from hawk.web.access.commands import add_access_commands
 from hawk.worlds.moment import HOURS, Condition
 
 COMMANDS = (
-    {"run", "survey", "desk", "film", REPLAY, MAKE_BACKGROUND, CALIBRATE, IMPORT_PLAN, EXPORT, STATS, ERASE, MAP}
+    {
+        "run",
+        "survey",
+        "desk",
+        "film",
+        REPLAY,
+        MAKE_BACKGROUND,
+        CALIBRATE,
+        IMPORT_PLAN,
+        EXPORT,
+        STATS,
+        REPORT,
+        ERASE,
+        MAP,
+    }
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
     | VERSION_COMMANDS
@@ -151,6 +167,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_export_command(commands)
     add_import_command(commands)
     add_stats_command(commands)
+    add_report_command(commands)
     add_erase_command(commands)
     add_version_commands(commands)
     return parser

@@ -81,7 +81,7 @@ def ground_of(survey: ExportRecord, tiles: Mapping[TileKey, bytes], move: Move) 
     image = cv2.warpAffine(shown.image, matrix, size, flags=cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     seen = cv2.warpAffine(shown.seen.astype(np.uint8) * 255, matrix, size, flags=cv2.INTER_NEAREST)
     whole = Ground(np.asarray(image, np.uint8), np.asarray(seen, np.uint8), float(top), float(low_east), metres)
-    return _cropped(whole, _corners(survey).reshape(-1, 2))
+    return _cropped(whole, corners_of(survey).reshape(-1, 2))
 
 
 def _cropped(ground: Ground, stalls: NDArray[np.float64]) -> Ground:
@@ -98,7 +98,7 @@ def _cropped(ground: Ground, stalls: NDArray[np.float64]) -> Ground:
 
 
 def _empty(survey: ExportRecord) -> Ground:
-    places = _corners(survey).reshape(-1, 2)
+    places = corners_of(survey).reshape(-1, 2)
     if not len(places):
         raise LotStoreError(f"survey {survey.survey} has neither a picture nor a stall: there is nothing to draw")
     (south, west), (north, east) = places.min(0) - _AROUND_M, places.max(0) + _AROUND_M
@@ -113,19 +113,24 @@ def _size(high_m: float, wide_m: float) -> tuple[float, tuple[int, int]]:
     return metres, (math.ceil(wide_m / metres), math.ceil(high_m / metres))
 
 
-def _corners(survey: ExportRecord) -> NDArray[np.float64]:
+def corners_of(survey: ExportRecord) -> NDArray[np.float64]:
     """Return the corners of the stalls (N, 4, 2) as (north, east), metres about the survey's origin."""
     corners = np.array([stall.corners for stall in survey.stalls], np.float64).reshape(-1, 2)
     return about(survey.origin, corners)[:, :2].reshape(-1, 4, 2)
 
 
-def lot_picture(survey: ExportRecord, ground: Ground) -> NDArray[np.uint8]:
-    """Return the sheet of a survey: its ground fades to paper at the edge, the stalls over it, words below."""
+def on_paper(ground: Ground) -> NDArray[np.uint8]:
+    """Return the picture (H, W, 3), BGR, of ground that fades to paper at its edge."""
     sigma = _FEATHER_M / ground.metres / 2
     soft = cv2.GaussianBlur(cv2.erode(ground.seen, _disc(sigma)), (0, 0), sigma, borderType=cv2.BORDER_CONSTANT)
     share = (np.asarray(soft, np.float32) / 255)[..., None]
-    picture = np.asarray(ground.image * share + _PAPER * (1 - share), np.uint8)
-    for stall, corners in zip(survey.stalls, _corners(survey), strict=True):
+    return np.asarray(ground.image * share + _PAPER * (1 - share), np.uint8)
+
+
+def lot_picture(survey: ExportRecord, ground: Ground) -> NDArray[np.uint8]:
+    """Return the sheet of a survey: its ground fades to paper at the edge, the stalls over it, words below."""
+    picture = on_paper(ground)
+    for stall, corners in zip(survey.stalls, corners_of(survey), strict=True):
         draw_stall(picture, ground.pixels(corners), StallState(stall.state))
     counts = {state: survey.count(state) for state in (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)}
     known = f"{survey.software}, survey {survey.survey[:8]}" + (", simulated" if survey.is_simulated else "")
@@ -155,7 +160,7 @@ def _disc(sigma: float) -> NDArray[np.uint8]:
 def occupancy(survey: ExportRecord, ground: Ground) -> NDArray[np.uint8]:
     """Return the stalls as a raster (H, W) of the values of `OCCUPANCY` over the ground."""
     raster = np.zeros(ground.seen.shape, np.uint8)
-    for stall, corners in zip(survey.stalls, _corners(survey), strict=True):
+    for stall, corners in zip(survey.stalls, corners_of(survey), strict=True):
         cv2.fillPoly(raster, [np.floor(ground.pixels(corners)).astype(np.int32)], OCCUPANCY[stall.state])
     return raster
 

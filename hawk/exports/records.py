@@ -203,6 +203,7 @@ def _exported(placed: _Placed, look: _Look | None) -> Observation:
         direction=placed.direction,
         is_confirmed=stall.is_confirmed,
         score=None if look is None else look.score,
+        is_named=stall.is_named,
     )
 
 

@@ -23,7 +23,7 @@ class Observation:
     car stands there, None where the survey did not look. ``looked``: time of the last look, UTC, Unix seconds.
     ``seen``: number of looks. ``kind`` is one of OpenStreetMap's ``parking_space``, "" for a normal stall. ``width``
     and ``length`` in metres, ``direction`` of the long side in degrees clockwise from north, below 180. ``score``:
-    probability of being a stall at all, None for one of a layout.
+    probability of being a stall at all, None for one of a layout. ``is_named``: a person gave or confirmed the label.
     """
 
     id: str
@@ -40,6 +40,7 @@ class Observation:
     direction: float
     is_confirmed: bool
     score: float | None = None
+    is_named: bool = False
 
 
 @dataclass(frozen=True, slots=True)

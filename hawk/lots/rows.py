@@ -90,6 +90,7 @@ def readable(made: Callable[[G], M], rows: Iterable[G]) -> list[M]:
     for row in rows:
         try:
             found.append(made(row))
-        except ValidationError as error:
-            _LOG.warning("a row in the store of lots is damaged: %s", first_wrong(error))
+        except (TypeError, ValueError, OverflowError) as error:
+            words = first_wrong(error) if isinstance(error, ValidationError) else error
+            _LOG.warning("a row in the store of lots is damaged: %s", words)
     return found

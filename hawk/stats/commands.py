@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
@@ -17,11 +17,14 @@ from hawk.runtime.late import late
 from hawk.stats.partition import PARTITIONS
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
+    from sqlalchemy import Connection
+
     from hawk.lots import names
     from hawk.lots import store as lots
     from hawk.lots.storage import database
     from hawk.lots.survey import observations
     from hawk.stats import period, queries, serialize, use_query
+    from hawk.stats.use_query import Asked
 else:
     database = late("hawk.lots.storage.database")
     observations = late("hawk.lots.survey.observations")
@@ -42,11 +45,30 @@ def add_stats_command(commands: Any) -> None:
         COMMAND, help="print occupancy, peak, load and turnover of a lot, with their intervals"
     )
     parser.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
-    parser.add_argument("--from", type=values.some, dest="begin", metavar="DATE", help="first day, as 2026-05-04")
-    parser.add_argument("--to", type=values.some, dest="end", metavar="DATE", help="last day, as 2026-05-10")
+    add_period(parser)
     parser.add_argument(
         "--by", choices=PARTITIONS, help="parts to print: hours of the day, or rows, zones, kinds of stalls"
     )
+    add_question(parser)
+    form = parser.add_mutually_exclusive_group()
+    form.add_argument("--csv", action="store_true", help="print CSV")
+    form.add_argument("--json", action="store_true", help="print every figure as JSON")
+    values.add_settings(parser)
+    parser.set_defaults(action=_run)
+
+
+def add_period(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a period and its clock."""
+    parser.add_argument("--from", type=values.some, dest="begin", metavar="DATE", help="first day, as 2026-05-04")
+    parser.add_argument("--to", type=values.some, dest="end", metavar="DATE", help="last day, as 2026-05-10")
+    parser.add_argument(
+        "--time-zone", type=values.some, metavar="NAME",
+        help="clock of hours and days, as Europe/Amsterdam; without it the lot's",
+    )  # fmt: skip
+
+
+def add_question(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a question about a lot's use."""
     asked = parser.add_argument_group(
         "how full parts of the lot are at some hours of the week, as a sentence and a table"
     )
@@ -55,17 +77,8 @@ def add_stats_command(commands: Any) -> None:
     for name in ("row", "zone", "kind"):
         asked.add_argument(
             f"--{name}", type=values.some, action="append", metavar="NAME",
-            help=f"{name}, as --by {name} names it; again for another one (all)",
+            help=f"{name}, as stats --by {name} names it; again for another one (all)",
         )  # fmt: skip
-    parser.add_argument(
-        "--time-zone", type=values.some, metavar="NAME",
-        help="clock of hours and days, as Europe/Amsterdam; without it the lot's",
-    )  # fmt: skip
-    form = parser.add_mutually_exclusive_group()
-    form.add_argument("--csv", action="store_true", help="print CSV")
-    form.add_argument("--json", action="store_true", help="print every figure as JSON")
-    values.add_settings(parser)
-    parser.set_defaults(action=_run)
 
 
 _ASKED: Final = ("weekday", "hour", "row", "zone", "kind")
@@ -79,26 +92,41 @@ def _run(options: argparse.Namespace) -> int:
     return run_on_store(options, lambda store: _answer(store, options))
 
 
-def _answer(store: Path, options: argparse.Namespace) -> str:
+def asked_of(options: argparse.Namespace) -> Asked:
+    """Return the question of the options, once the period was found good. Raises LotInputError."""
     period.period_of(options.begin, options.end, options.time_zone or "UTC")  # wrong whatever the store holds
     parts = (getattr(options, name) or () for name in ("row", "zone", "kind"))
-    asked = use_query.asked_of(options.weekday, options.hour, *parts) if options.is_asked else None
+    return use_query.asked_of(options.weekday, options.hour, *parts)
+
+
+@contextmanager
+def reading(store: Path, options: argparse.Namespace) -> Iterator[tuple[Connection, str]]:
+    """Open a store, and give one view of it and the id of the lot of the options, whose looks are in one piece.
+
+    Raises LotStoreError, NotFoundError.
+    """
     lots.check_there(store)
     with closing(database.Database(store)) as opened:
         lots.show_damage(opened.damage)
         with opened.reading() as connection:
             lot = names.lot_named(connection, options.lot)
-            during = period.period_of_lot(connection, lot, options.begin, options.end, options.time_zone)
             missing = observations.missing_looks(connection, lot)
         if missing and not opened.is_read_only:
             with opened.writing() as connection:
                 observations.keep_looks(connection, missing)
         with opened.reading() as connection:
-            if asked is not None:
-                answer = queries.ask(connection, lot, during, asked)
-                return _shown(options, answer, serialize.asked_csv, serialize.asked_text)
-            found = queries.statistics(connection, lot, during, options.by)
-            return _shown(options, found, serialize.figures_csv, serialize.figures_text)
+            yield connection, lot
+
+
+def _answer(store: Path, options: argparse.Namespace) -> str:
+    asked = asked_of(options)
+    with reading(store, options) as (connection, lot):
+        during = period.period_of_lot(connection, lot, options.begin, options.end, options.time_zone)
+        if options.is_asked:
+            answer = queries.ask(connection, lot, during, asked)
+            return _shown(options, answer, serialize.asked_csv, serialize.asked_text)
+        found = queries.statistics(connection, lot, during, options.by)
+        return _shown(options, found, serialize.figures_csv, serialize.figures_text)
 
 
 def _shown(

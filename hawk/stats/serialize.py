@@ -146,17 +146,17 @@ def _part(asked: Asked) -> str:
 def _weekdays(days: Sequence[Weekday]) -> str:
     if len(days) == len(WEEKDAYS):
         return "any day"
-    runs = _runs([WEEKDAYS.index(day) for day in days])
+    runs = runs_of([WEEKDAYS.index(day) for day in days])
     return ", ".join(
         WEEKDAYS[first] if first == last else f"{WEEKDAYS[first]} to {WEEKDAYS[last]}" for first, last in runs
     )
 
 
 def _hours(hours: Sequence[int]) -> str:
-    return ", ".join(f"{first}:00 to {last + 1}:00" for first, last in _runs(hours))
+    return ", ".join(f"{first}:00 to {last + 1}:00" for first, last in runs_of(hours))
 
 
-def _runs(numbers: Sequence[int]) -> list[tuple[int, int]]:
+def runs_of(numbers: Sequence[int]) -> list[tuple[int, int]]:
     """Return the first and the last of each run of numbers that follow each other."""
     firsts = [each for each in numbers if each - 1 not in numbers]
     lasts = [each for each in numbers if each + 1 not in numbers]

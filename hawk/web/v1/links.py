@@ -1,7 +1,7 @@
 """Links by which others read one lot, without a login: the token opens the addresses below `SHARED` alone.
 
-No picture, no recording, no person, no drone. Guesses are slowed and logged as those of a login are, and apart from
-them; a link that has ended or was taken back is none.
+No picture that was taken, no recording, no person, no drone. Guesses are slowed and logged as those of a login are, and
+apart from them; a link that has ended or was taken back is none.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.operations import LONGEST_ROW
 from hawk.lots.plan.values import ID
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE, LotInputError
+from hawk.report.options import Language, Paper
 from hawk.stats.partition import Partition
 from hawk.web.access.admission import TOKEN_PARAMETER
 
@@ -174,6 +175,13 @@ class UseQuery(Period):
     row: Annotated[tuple[Part, ...], _parts("row, as statistics by `row` name it")] = ()
     zone: Annotated[tuple[Part, ...], _parts("zone, as statistics by `zone` name it")] = ()
     kind: Annotated[tuple[Part, ...], _parts("kind of stalls, as statistics by `kind` name it")] = ()
+
+
+class ReportQuery(UseQuery):
+    """Question, language and paper of a report."""
+
+    language: Annotated[Language, Field(description="language of the report; en without it")] = "en"
+    paper: Annotated[Paper, Field(description="paper of the document; a4 without it")] = "a4"
 
 
 class FeedOptions(Period):

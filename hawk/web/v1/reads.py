@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
 
@@ -18,8 +18,11 @@ from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.lists import Asked
 from hawk.lots.schema import SURVEY
+from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import UTC_NAME, Placed
+from hawk.report.options import Form, Kind, Wanted
+from hawk.runtime.late import late_functions
 from hawk.stats import queries as uses
 from hawk.stats.panel import Period
 from hawk.stats.period import period_of, period_of_lot
@@ -27,6 +30,12 @@ from hawk.stats.use_query import asked_of
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import GEOJSON, Answer
 from hawk.web.v1.parameters import Query, Request
+
+if TYPE_CHECKING:  # it loads templates and messages: not for other questions
+    from hawk.report import files
+    from hawk.report.files import Prepared
+else:
+    files = late_functions("hawk.report.files")
 
 P = TypeVar("P", bound=forms.Period)
 
@@ -159,6 +168,17 @@ def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
     query = asked.query
     question = asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
     return Answer(uses.ask(connection, asked.id, _period(connection, asked), question))
+
+
+def report(
+    connection: Connection, pictures: PictureFolder, asked: Request[forms.ReportQuery], kind: Kind, form: Form,
+    has_ground: bool,
+) -> Prepared:  # fmt: skip
+    """Return a report of a lot's use, prepared to be written."""
+    query = asked.query
+    question = asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
+    wanted = Wanted(asked.id, question, query.begin, query.end, query.time_zone, has_ground)
+    return files.prepared(connection, pictures, wanted, kind, form, asked.now)
 
 
 def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:

@@ -10,12 +10,14 @@ from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
 from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
+from hawk.report.options import CONTENT_TYPES as REPORT_TYPES
+from hawk.report.options import Kind
 from hawk.runtime.late import late_functions
 from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
-from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings
+from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings, reports
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
@@ -49,6 +51,9 @@ _FILES: Final = tuple(each.partition(";")[0] for each in CONTENT_TYPES.values())
 """Types of a survey's files."""
 _FEED_TYPES: Final = tuple(each.content_type for each in ALL_FEEDS.values())
 _NAMED: Final = "; ".join(f"`{name}`, {feed.title}" for name, feed in ALL_FEEDS.items())
+
+
+_REPORT_LIMITS: Final[dict[Kind, str]] = {"html": "", "pdf": "; 409 in flight", "xlsx": "; 409 in flight"}
 
 
 def _read(
@@ -97,6 +102,15 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
         return Operation("GET", f"{whole}{path}", called, text, SHARED if by_link else tag, handler, answer, query,
                          content_types=(content_type,), is_open=by_link)  # fmt: skip
 
+    def file(kind: Kind, called: str) -> Operation:
+        whole = "/shared/{token}" if by_link else "/lots/{id}"
+        return Operation(
+            "GET", f"{whole}/report.{kind}", f"{'shared_' if by_link else ''}report_{kind}",
+            f"Report of a lot's use as {called}, as `hawk-drone report` writes it{_REPORT_LIMITS[kind]}",
+            SHARED if by_link else STATISTICS, reports.handler(kind, links.lot_of if by_link else None), None,
+            parameters.ReportQuery, content_types=(REPORT_TYPES[kind].partition(";")[0],), is_open=by_link,
+        )  # fmt: skip
+
     return (
         one("/observations", "observations", "Looks of all surveys at the stalls of a lot", SURVEYS,
             reads.observations, lots.ObservationList, parameters.Observations),
@@ -112,6 +126,7 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
             STATISTICS, reads.stalls_use, figures.StallsUse, parameters.Period, keep_missing_looks),
         one("/statistics/between", "between", "Changes of a lot's stalls from one survey to another one", STATISTICS,
             reads.between, Changed, parameters.Between, keep_missing_looks),
+        file("html", "a document"), file("pdf", "PDF"), file("xlsx", "a workbook"),
     )  # fmt: skip
 
 

@@ -64,7 +64,7 @@ def distributions(modules: set[str]) -> dict[str, set[str]]:
 
 RUN_TIME = declared(PROJECT["dependencies"])
 EXTRAS = {name: declared(values) - {"hawk-drone"} for name, values in PROJECT["optional-dependencies"].items()}
-_OF_HAWK = ("sim", "background", "onnxruntime", "pictures", "cluster", "plans")
+_OF_HAWK = ("sim", "background", "onnxruntime", "pictures", "cluster", "plans", "report")
 TO_RUN = RUN_TIME.union(*(EXTRAS[name] for name in _OF_HAWK))
 
 
@@ -100,6 +100,7 @@ def test_every_dependency_to_run_is_imported() -> None:
         ("rasterio", ["formats", "picture"]),
         ("ezdxf", ["lots"]),
         ("pyproj", ["lots", "picture"]),
+        ("weasyprint", ["report"]),
     ],
 )
 def test_only_these_rooms_import_what_an_extra_brings(module: str, only: list[str]) -> None:
@@ -107,7 +108,7 @@ def test_only_these_rooms_import_what_an_extra_brings(module: str, only: list[st
     assert sorted(room for room in rooms if module in imported(f"hawk/{room}")) == only
 
 
-@pytest.mark.parametrize("extra", ["sim", "background", "docs", "pictures", "plans"])
+@pytest.mark.parametrize("extra", ["sim", "background", "docs", "pictures", "plans", "report"])
 def test_the_tools_to_develop_with_include_what_is_tested(extra: str) -> None:
     assert f"hawk-drone[{extra}]" in PROJECT["optional-dependencies"]["dev"]
 
