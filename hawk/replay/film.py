@@ -67,11 +67,11 @@ class Film(Shown):
     """A recorded flight by time: `at` is in seconds of the film, places in metres north and east of `datum`."""
 
     name: str
-    maker: Annotated[str, Field(description="program and network that flew")]
+    program: Annotated[str, Field(description="program and network that flew")]
     began: Annotated[Utc | None, Field(description="moment of the first second, by the clock of the surveys")]
     seconds: float
-    leaps: Annotated[list[Row], Field(description="at; seconds by which the clock is ahead of the film from there on")]
-    damage: Annotated[str, Field(description="why the end is missing; else empty")]
+    clock: Annotated[list[Row], Field(description="at; seconds by which the clock is ahead of the film from there on")]
+    problem: Annotated[str, Field(description="why the end is missing; else empty")]
     datum: Degrees | None
     phases: list[FilmPhase]
     messages: list[FilmMessage]

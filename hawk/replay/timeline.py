@@ -244,11 +244,11 @@ class _Film:
         datum = None if self._datum is None else [self._datum.latitude, self._datum.longitude]
         made = Film(
             name=self._flight.path.name,
-            maker=str(self._flight.maker),
+            program=str(self._flight.maker),
             began=None if self._first is None else self._flight.moment(self._first),
             seconds=_short(self._seconds),
-            leaps=self._leaps,
-            damage=damage,
+            clock=self._leaps,
+            problem=damage,
             datum=datum,
             phases=self._phases,
             messages=self._messages or self._acts,

@@ -182,7 +182,7 @@ class RecordedLot(Shown):
 
 class Recording(Shown):
     """A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor
-    for its age at `kept_until`.
+    for its age at `keep_end`.
     """
 
     name: str
@@ -192,7 +192,7 @@ class Recording(Shown):
     survey: str | None
     lot: RecordedLot | None
     keep: bool
-    kept_until: Utc | None
+    keep_end: Utc | None
     under_way: bool
 
 

@@ -129,7 +129,7 @@ def _row(one: Stored, contents: Contents, lot: Mapping[str, str] | None, ends: f
         survey=contents.survey or None,
         lot=None if lot is None else RecordedLot.model_validate(lot),
         keep=one.is_kept,
-        kept_until=_utc(ends),
+        keep_end=_utc(ends),
         under_way=one.is_under_way,
     )
 

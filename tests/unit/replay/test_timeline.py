@@ -74,7 +74,7 @@ def test_pictures_and_maps_stand_in_the_recording_at_their_times(tmp_path: Path)
     assert [len(read.map(number)["features"]) for number in range(3)] == [1, 2, 2]
     assert (read.packed.picture(3), read.packed.map(3)) == (None, None)
     assert json.loads(read.packed.text)["maps"] == read.film.maps
-    assert (read.film.seconds, read.film.damage) == (pytest.approx(3.5), "")
+    assert (read.film.seconds, read.film.problem) == (pytest.approx(3.5), "")
 
 
 def test_pictures_of_a_packed_recording_stand_in_the_file_beside(tmp_path: Path) -> None:
@@ -167,7 +167,7 @@ def test_the_moment_is_that_of_the_surveys(tmp_path: Path) -> None:
 def test_a_clock_that_leaps_stretches_no_line(tmp_path: Path) -> None:
     made = film(tmp_path, tick(10.0), tick(9_000.0), tick(9_001.0))
     assert made.seconds == pytest.approx(6.0)
-    assert made.leaps == [[5.0, 8985.0]]
+    assert made.clock == [[5.0, 8985.0]]
 
 
 def test_what_becomes_too_much_is_thinned_evenly() -> None:
@@ -190,14 +190,14 @@ def test_a_recording_that_is_cut_is_shown_up_to_there(tmp_path: Path, share: flo
     assert 0 < cut.seconds < whole.seconds
     assert cut.messages == whole.messages[: len(cut.messages)]
     assert cut.phases == whole.phases[: len(cut.phases)]
-    assert "the file has no end" in cut.damage or "damaged" in cut.damage
+    assert "the file has no end" in cut.problem or "damaged" in cut.problem
 
 
 def test_content_of_another_version_ends_the_line_there(tmp_path: Path) -> None:
     items = [tick(10.5), decision(11.0, {"act": "EnterState", "name": "Idle"}), decision(12.0, {"of": "another"})]
     made = film(tmp_path, *items)
     assert [each.state for each in made.phases] == ["Idle"]
-    assert made.damage.startswith("at 1.5 s: ")
+    assert made.problem.startswith("at 1.5 s: ")
 
 
 def test_a_recording_of_which_nothing_is_known_names_its_program(tmp_path: Path) -> None:

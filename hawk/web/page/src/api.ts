@@ -255,11 +255,11 @@ export interface Figures {
 /** A recorded flight by time: `at` is in seconds of the film, places in metres north and east of `datum`. */
 export interface Film {
   name: string;
-  maker: string;
+  program: string;
   began: string | null;
   seconds: number;
-  leaps: ((number | null)[])[];
-  damage: string;
+  clock: ((number | null)[])[];
+  problem: string;
   datum: [number, number] | null;
   phases: FilmPhase[];
   messages: FilmMessage[];
@@ -634,7 +634,7 @@ export interface RecordedLot {
   survey: string;
 }
 
-/** A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor for its age at `kept_until`. */
+/** A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor for its age at `keep_end`. */
 export interface Recording {
   name: string;
   bytes: number;
@@ -643,7 +643,7 @@ export interface Recording {
   survey: string | null;
   lot: RecordedLot | null;
   keep: boolean;
-  kept_until: string | null;
+  keep_end: string | null;
   under_way: boolean;
 }
 

@@ -22,11 +22,11 @@ const SAID = { text: "Took off.", code: "took-off", values: {} };
 /** Ten seconds, two pictures and two maps, from 14:30:00 UTC on. */
 const FILM: Film = {
   name: NAME,
-  maker: "hawk-drone 0.4.0",
+  program: "hawk-drone 0.4.0",
   began: "2026-05-04T14:30:00Z",
   seconds: 100,
-  leaps: [],
-  damage: "",
+  clock: [],
+  problem: "",
   datum: [52, 5],
   phases: [{ at: 5, state: "Arm" }, { at: 10, state: "Takeoff" }, { at: 20, state: "Hover" }, { at: 20, state: "Autonomous Explore" }, { at: 80, state: "Land" }],
   messages: [{ at: 10, level: "info", text: "Took off.", details: "", sentences: [SAID] }, { at: 30, level: "warning", text: HTML, details: "", sentences: [] }],
@@ -54,7 +54,7 @@ const STORED: Features = {
 const RECORDED = [stall("1", "", 0.2, "free"), stall("2", "", 3.1, "taken")];
 
 function recording(name: string, more: Partial<Recording> = {}): Recording {
-  return { name, bytes: 186e6, began: "2026-05-04T14:30:00Z", seconds: 100, survey: "000001-x", lot: { id: LOT, name: "Market", time_zone: "America/Toronto", survey: SURVEY }, keep: false, kept_until: "2026-06-03T14:30:00Z", under_way: false, ...more };
+  return { name, bytes: 186e6, began: "2026-05-04T14:30:00Z", seconds: 100, survey: "000001-x", lot: { id: LOT, name: "Market", time_zone: "America/Toronto", survey: SURVEY }, keep: false, keep_end: "2026-06-03T14:30:00Z", under_way: false, ...more };
 }
 
 describe("a film", () => {
@@ -66,7 +66,7 @@ describe("a film", () => {
 
   it("speaks of the lot's clock, over leaps too, and of its own where it knows none", () => {
     assert.equal(clockAt(FILM, 141, "America/Toronto"), "10:32:21");
-    assert.equal(clockAt({ ...FILM, leaps: [[50, 3600]] }, 60, "UTC"), "15:31:00");
+    assert.equal(clockAt({ ...FILM, clock: [[50, 3600]] }, 60, "UTC"), "15:31:00");
     assert.equal(clockAt({ ...FILM, began: null }, 141, "UTC"), "2:21");
     assert.deepEqual(roundTimes(FILM).map((at) => clockAt(FILM, at, "UTC")), ["14:30:00", "14:30:30", "14:31:00", "14:31:30"]);
   });
@@ -272,13 +272,13 @@ describe("a recording that is played", () => {
   });
 
   it("without a lot shows what it knows, by the browser's clock", async () => {
-    await open(`#/recordings//${NAME}`, [recording(NAME, { lot: null, kept_until: null, keep: true })]);
+    await open(`#/recordings//${NAME}`, [recording(NAME, { lot: null, keep_end: null, keep: true })]);
     assert.equal(map().scene.unseen.length, 0);
     assert.match(words(view), /· kept ·/);
   });
 
   it("says where a recording is damaged, and why it cannot be shown", async () => {
-    film = { ...FILM, damage: "the file has no end" };
+    film = { ...FILM, problem: "the file has no end" };
     await open();
     assert.match(words(view), /damaged after 1:40: the file has no end/);
     view.remove();

@@ -62,7 +62,7 @@ async def shown(tmp_path: Path, rig: Rig) -> AsyncIterator[Shown]:
 async def test_a_recording_is_a_film_with_its_pictures_and_maps(shown: Shown) -> None:
     status, body = await shown.ask(f"/{NAME}/film")
     film = json.loads(body)
-    assert (status, film["name"], film["maker"]) == (200, NAME, "hawk-drone 0.2.9, network 0123abcd")
+    assert (status, film["name"], film["program"]) == (200, NAME, "hawk-drone 0.2.9, network 0123abcd")
     assert (film["pictures"], len(film["maps"]), len(film["track"])) == ([1.5, 2.5, 3.5], 3, 1)
     assert await shown.ask(f"/{NAME}/film/pictures/2") == (200, jpeg())
     assert len(json.loads((await shown.ask(f"/{NAME}/film/maps/1"))[1])["features"]) == 2
@@ -84,7 +84,7 @@ async def test_in_flight_nothing_is_read(shown: Shown) -> None:
 
 def packed(name: str) -> PackedFilm:
     values: dict[str, Any] = {each: [] for each in Film.model_fields}
-    film = Film(**{**values, "name": name, "maker": "", "began": None, "seconds": 1.0, "damage": "", "datum": None})
+    film = Film(**{**values, "name": name, "program": "", "began": None, "seconds": 1.0, "problem": "", "datum": None})
     return PackedFilm.of(film, [], [])
 
 

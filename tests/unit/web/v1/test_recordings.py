@@ -98,7 +98,7 @@ async def test_everybody_sees_recordings_with_size_lot_length_and_mark(folder: F
         "survey": "000001-day",
         "lot": {"id": saved.lot, "name": "Lot 1", "time_zone": zone, "survey": saved.survey},
         "keep": False,
-        "kept_until": None,
+        "keep_end": None,
         "under_way": False,
     }
     assert (second["name"], second["survey"], second["lot"]) == (SECOND, None, None)

@@ -24,6 +24,8 @@ const ICONS: Record<FilmMessage["level"], IconName> = { info: "info", ok: "check
 /** While the recording is being read the drone says so: it is asked again after so long. */
 const AGAIN_MS = 1500;
 const BUSY = 503;
+/** A flight that has just landed: its survey is in the store so much later. */
+const STORED_MS = 4000;
 /** Seconds that an arrow key goes. */
 const STEP_S = 5;
 
@@ -42,6 +44,7 @@ export class FilmView extends View {
   private all: readonly Expected[] = [];
   private shown: { key: string; map: ReturnType<typeof filmOnMap> } = { key: "", map: null };
   private extent: ReturnType<typeof extentOfFilm> = null;
+  private waiting = 0;
   /** Number of the picture that is shown; another one is asked for when it is there. */
   private picture = -1;
   private isLoading = false;
@@ -56,6 +59,7 @@ export class FilmView extends View {
 
   override disconnectedCallback(): void {
     document.removeEventListener("keydown", this.key);
+    clearTimeout(this.waiting);
     this.player.pause();
     super.disconnectedCallback();
   }
@@ -81,7 +85,7 @@ export class FilmView extends View {
       const source = new LotSource(`lots/${lot.id}`);
       this.outcome.ask(`${lot.id} ${lot.survey}`, () => outcomeOf(source, lot.survey));
       this.surveys.ask(lot.id, () => source.surveys({ from: "", to: "" }));
-    }
+    } else if (this.row?.survey && this.waiting === 0) this.waiting = window.setTimeout(() => this.changed(), STORED_MS);
     if (film?.name !== name) return;
     this.player.film(film, this.place.t === "" ? beginOf(film) : Number(this.place.t));
     const wanted = lastAt(film.maps, this.player.at);
@@ -166,14 +170,14 @@ export class FilmView extends View {
   private about(film: Film): TemplateResult {
     const { row } = this;
     const zone = row?.lot?.time_zone;
-    const until = row?.keep ? say("film-kept") : row?.kept_until ? say("film-kept-until", { day: moment(row.kept_until, zone).slice(0, 10) }) : "";
+    const until = row?.keep ? say("film-kept") : row?.keep_end ? say("film-kept-until", { day: moment(row.keep_end, zone).slice(0, 10) }) : "";
     const began = film.began ?? row?.began ?? null;
     const facts = [row?.lot?.name ?? "", began === null ? "" : moment(began, zone), format.longDuration(film.seconds), row ? format.bytes(row.bytes) : "", until, film.footprints.length > 0 ? say("film-pale") : ""];
     return html`<section class="card not-live" aria-label=${say("film-not-live")}>
       <button class="small" @click=${() => this.go({ recording: "", t: "" })}>${say("film-all")}</button>
       <h2>${say("film-not-live")}</h2>
       <p class="sub">${facts.filter((each) => each !== "").join(" · ")}</p>
-      ${film.damage === "" ? nothing : html`<p class="warning">${say("film-damage", { span: spanOf(film.seconds) })} <span lang="en">${film.damage}</span></p>`}
+      ${film.problem === "" ? nothing : html`<p class="warning">${say("film-damage", { span: spanOf(film.seconds) })} <span lang="en">${film.problem}</span></p>`}
     </section>`;
   }
 

@@ -65,9 +65,9 @@ export function messageAt(messages: readonly FilmMessage[], at: number): number 
 }
 
 /** The moment at a time of a film, milliseconds since 1970; null where the recording does not say it. */
-export function momentAt({ began, leaps }: Film, at: number): number | null {
+export function momentAt({ began, clock }: Film, at: number): number | null {
   if (began === null) return null;
-  const leap = leaps[rowAt(leaps, at)]?.[1] ?? 0;
+  const leap = clock[rowAt(clock, at)]?.[1] ?? 0;
   return Date.parse(began) + 1000 * (at + leap);
 }
 

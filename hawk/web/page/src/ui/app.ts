@@ -87,7 +87,8 @@ export class App extends LitElement {
     return this;
   }
 
-  override willUpdate(_changed: PropertyValues): void {
+  override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has("route")) this.follow(changed.get("route"));
     this.dress();
     const view = this.model.view();
     if (isFlying(view.heartbeat)) this.survey = false;
@@ -95,6 +96,12 @@ export class App extends LitElement {
     if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
     document.title = this.titleOf(view);
+  }
+
+  /** The page's script gives the route when the element stands already. */
+  private follow(before: Route | undefined): void {
+    before?.removeEventListener("change", this.moved);
+    this.route.addEventListener("change", this.moved);
   }
 
   private titleOf(view: View): string {

@@ -15,7 +15,7 @@ export class RecordingsView extends View {
   private asked = "";
 
   override willUpdate(): void {
-    this.listed.ask(String(this.revision), () => readAll("recordings"));
+    this.listed.ask(`${this.revision} ${this.place.recording}`, () => readAll("recordings"));
   }
 
   override render(): TemplateResult {
