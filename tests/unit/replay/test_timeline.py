@@ -56,7 +56,8 @@ class Read:
         return self._bytes(self.packed.picture(number))
 
     def map(self, number: int) -> dict[str, Any]:
-        return json.loads(self._bytes(self.packed.map(number)))
+        found: dict[str, Any] = json.loads(self._bytes(self.packed.map(number)))
+        return found
 
     def _bytes(self, piece: Piece | None) -> bytes:
         assert piece is not None
@@ -74,7 +75,8 @@ def test_pictures_and_maps_stand_in_the_recording_at_their_times(tmp_path: Path)
     assert [len(read.map(number)["features"]) for number in range(3)] == [1, 2, 2]
     assert (read.packed.picture(3), read.packed.map(3)) == (None, None)
     assert json.loads(read.packed.text)["maps"] == read.film.maps
-    assert (read.film.seconds, read.film.problem) == (pytest.approx(3.5), "")
+    assert read.film.seconds == pytest.approx(3.5)
+    assert read.film.problem == ""
 
 
 def test_pictures_of_a_packed_recording_stand_in_the_file_beside(tmp_path: Path) -> None:
@@ -92,7 +94,7 @@ def test_pictures_of_a_packed_recording_stand_in_the_file_beside(tmp_path: Path)
                 made = writer.register_schema(schema.name, schema.encoding, schema.data)
                 ids[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, made)
             writer.add_message(ids[channel.id], each.log_time, each.data, each.publish_time)
-        writer.finish()
+        writer.finish()  # type: ignore[no-untyped-call]
     read = Read(packed)
     assert [read.picture(number) for number in range(2)] == [jpeg()] * 2
     assert len(read.map(1)["features"]) == 2

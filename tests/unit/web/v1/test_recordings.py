@@ -88,7 +88,7 @@ async def test_everybody_sees_recordings_with_size_lot_length_and_mark(folder: F
     store = folder.stand.rig.lots
     assert store is not None
     saved = await store.write(lambda connection: save(connection, replace(survey(), name="000001-day")))
-    zone = await store.read(lambda connection: zone_of_lot(connection, saved.lot))
+    zone = await store.read(lambda connection: zone_of_lot(connection, str(saved.lot)))
     first, second = await folder.rows(viewer=True)
     assert first == {
         "name": FIRST,
