@@ -12,7 +12,7 @@ from pydantic import Field
 from hawk.lots.answers import Degrees, Metres, Shown, Utc
 
 READER: Final = "hawk.replay.timeline:packed_film"
-"""What makes the film of a recording, for `hawk.formats.box`."""
+"""Function that makes the film of a recording, for `hawk.formats.box`."""
 _HEAD: Final = struct.Struct("<III")
 _PIECE: Final = struct.Struct("<?QI")
 Seconds = Annotated[float, Field(ge=0, description="seconds of the film")]

@@ -41,7 +41,7 @@ LOOK_S: Final = 0.25
 LIMITS: Final = box.Limits(memory_bytes=1_000_000_000, cpu_s=1_800, longest_s=3_600.0)
 """A minute of flight takes half a second: a day of it is read."""
 CACHING: Final = "private, max-age=3600"
-"""What a recording holds does not change."""
+"""Pictures and maps of a recording do not change."""
 
 
 FileKey = tuple[Path, int, int]

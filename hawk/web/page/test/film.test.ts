@@ -254,7 +254,7 @@ describe("a recording that is played", () => {
     slider().value = "29";
     slider().dispatchEvent(new document.defaultView!.Event("input"));
     await drawn();
-    assert.equal(picture()?.at(-1), "0", "still on its way");
+    assert.equal(picture()?.at(-1), "0", "the one before is still asked for");
     view.querySelector("img")!.dispatchEvent(new document.defaultView!.Event("load"));
     await drawn();
     assert.equal(picture()?.at(-1), "2");

@@ -51,7 +51,9 @@ function drawVeil({ context, palette }: Surface, seen: Pixel[][]): void {
 
 function drawUnseen({ context, palette }: Surface, ring: Pixel[]): void {
   path(context, ring, true);
-  stroke(context, { colour: "rgba(255,255,255,.6)", width: 2.5 });
+  context.globalAlpha = 0.6;
+  stroke(context, { colour: palette.fog, width: 2.5 });
+  context.globalAlpha = 1;
   stroke(context, { colour: palette.fence, width: 1.2, dash: [1.5, 3] });
 }
 
