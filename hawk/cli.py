@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import fields
 from importlib.metadata import version
+from pathlib import Path
 from typing import NoReturn
 
 from hawk.background.commands import COMMAND as MAKE_BACKGROUND
@@ -19,7 +20,7 @@ from hawk.check.commands import CHECK_COMMANDS, add_check_commands
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
 from hawk.config.loader import load_settings
-from hawk.config.sections import ConfigError
+from hawk.config.sections import Config, ConfigError, WebSettings
 from hawk.daemon.lots.import_plan import COMMAND as IMPORT_PLAN
 from hawk.daemon.lots.import_plan import add_import_command
 from hawk.daemon.options import DaemonOptions
@@ -157,7 +158,7 @@ def make_parser() -> argparse.ArgumentParser:
     film.set_defaults(action=_film)
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     film.add_argument("film", type=values.new(".avi"), metavar="FILM", help="the file to write (.avi)")
-    add_replay_command(commands)
+    add_replay_command(commands, _show_recording)
     add_map_command(commands)
     add_access_commands(commands)
     add_check_commands(commands)
@@ -356,6 +357,12 @@ def _desk(options: argparse.Namespace) -> int:
     from hawk.daemon.desk import run_desk  # SQLAlchemy and the web server
 
     return asyncio.run(run_desk(config, options.lot))
+
+
+def _show_recording(recording: Path, port: int) -> int:
+    from hawk.daemon.desk import run_replay
+
+    return asyncio.run(run_replay(Config(web=WebSettings(port=port)), recording))
 
 
 def _survey(options: argparse.Namespace) -> int:

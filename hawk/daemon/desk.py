@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import secrets
 import signal
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -37,7 +38,8 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag
 from hawk.runtime.program_log import ProgramLog
-from hawk.store.recordings import Recordings
+from hawk.store.recordings import OneRecording, Recordings
+from hawk.store.replay import read_metadata
 from hawk.store.store_lock import StoreInUseError, held_store
 from hawk.web.access.tls import load_tls
 from hawk.web.access.tokens import TokensError, cookie_secret
@@ -113,18 +115,33 @@ async def _serve(config: Config, path: Path, lot: str | None, survey: str | None
             _LOG.warning("%s", notice)
         under = await store.read(lambda connection: ground_under(connection, pictures_of(path), lot))
         place = f"#/lots/{lot}/{survey}" if lot and survey else ""
-        await _serve_store(config, store, under, place)
+        await _serve_page(config, store, Recordings(config.store), under, place)
     finally:
         await store.close()
     return 0
 
 
-async def _serve_store(config: Config, store: LotStore, under: Under | None, place: str) -> None:
+async def run_replay(config: Config, recording: Path) -> int:
+    """Show one recording alone until SIGTERM or SIGINT; return the exit status. Raises ConfigError, RecordingError."""
+    log = ProgramLog(config.log.level)
+    try:
+        shown = OneRecording(recording)
+        read_metadata(recording)  # what is no recording is refused before a page opens
+        await _serve_page(config, None, shown, None, f"#/recordings//{shown.name}")
+    finally:
+        log.close()
+    return 0
+
+
+async def _serve_page(
+    config: Config, store: LotStore | None, recordings: Recordings, under: Under | None, place: str
+) -> None:
     clock, lag = Clock(), LoopLag()
     status: Topic[DroneStatus] = Topic("status", clock)
     occupancy_map: Topic[OccupancyMap] = Topic("occupancy_map", clock)
     video: Topic[AnnotatedFrame] = Topic("annotated", clock)
     tls = load_tls(config.web, in_flight=False)
+    folder = config.store.directory
     server = WebServer(
         WebServices(
             clock=clock,
@@ -139,9 +156,9 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None, pla
             is_desk=True,
             settings=settings(config, reference_text()),
             lots=store,
-            recordings=Recordings(config.store),
-            cookie_secret=cookie_secret(config.store.directory),
-            folder=config.store.directory,
+            recordings=recordings,
+            cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),
+            folder=None if store is None else folder,
             tls=tls,
             camera_fov_deg=config.camera.horizontal_fov_deg,
             travel_speed_m_s=config.flight.speed_m_s,
@@ -152,8 +169,10 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None, pla
         occupancy_map.publish(under.mosaic)
     await serve(server, config.web)
     page = PageShown.of(server, tls)
-    for line in announcement(page, config.store.directory, is_simulation=False, survey=place):
+    for line in announcement(page, folder, is_simulation=False, survey=place if store else ""):
         print(line, flush=True)
+    if store is None:
+        print(f"hawk: the recording: {page.url.rstrip('/')}/{place}", flush=True)
     try:
         await _speak(status, clock, under)
     finally:

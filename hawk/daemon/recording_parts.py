@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from datetime import datetime
 from functools import cache
 from importlib.metadata import version
 from typing import Any, Final
@@ -23,7 +24,7 @@ from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
 from hawk.store.frame_codec import FRAME_INPUT, MapStalls, View, Words
 from hawk.store.recording import Recording
-from hawk.store.replay import KNOWN_LOT
+from hawk.store.replay import KNOWN_LOT, MESSAGE, ZERO_UTC
 
 POSE_S: Final = 0.2
 """Seconds between two poses for viewers."""
@@ -39,10 +40,12 @@ def make_recording(
     speed: float,
     simulation: SimulationOptions | None,
     survey: Callable[[], str],
+    moment: Callable[[float], datetime | None],
 ) -> Recording:
     """Return the recording of this run.
 
-    ``speed``: seconds of the clock per real second. ``survey``: returns the name of the journal's survey.
+    ``speed``: seconds of the clock per real second. ``survey``: returns the name of the journal's survey. ``moment``:
+    returns UTC at a time of the clock by the autopilot's GNSS, which a simulation draws; None where it has none.
     """
     metadata = {
         "version": version("hawk-drone"),
@@ -52,8 +55,9 @@ def make_recording(
     }
 
     def about() -> Mapping[str, str]:
-        seeing = {"network": network_name(config.vision.model)}
-        return {**seeing, "survey": name} if (name := survey()) else seeing
+        zero = moment(0.0)
+        named = {"survey": survey(), ZERO_UTC: "" if zero is None else zero.isoformat()}
+        return {"network": network_name(config.vision.model), **{key: value for key, value in named.items() if value}}
 
     return Recording(config.store, clock, metadata, json_schemas=json_schemas, about=about)
 
@@ -101,10 +105,14 @@ class FlightViews:
     """Hands poses, messages and stalls to the recording, at a pace that viewers need."""
 
     def __init__(
-        self, show: Callable[[View], None], clock: Callable[[], float], datum: Callable[[], GlobalPose | None]
+        self,
+        show: Callable[[View], None],
+        record: Callable[[str, Mapping[str, Any]], None],
+        clock: Callable[[], float],
+        datum: Callable[[], GlobalPose | None],
     ) -> None:
         """``datum``: origin of the map; None while it has none."""
-        self._show = show
+        self._show, self._record = show, record
         self._clock = clock
         self._datum = datum
         self._pose_due = self._stalls_due = float("-inf")
@@ -129,6 +137,7 @@ class FlightViews:
             if entry.number > self._entry:
                 self._entry = entry.number
                 self._show(Words(entry.level, entry.text, entry.details))
+                self._record(MESSAGE, entry.model_dump())
 
     def map(self, current: OccupancyMap) -> None:
         """Take a map whose stalls may have changed."""

@@ -107,7 +107,12 @@ class Daemon:
         self.performance = Performance(self.clock, self._lag)
         self._journal = FlightJournal(config.store.directory / "journal")
         self._recording = make_recording(
-            config, self.clock, self.clock.speed, options.simulation, lambda: self._journal.survey_id
+            config,
+            self.clock,
+            self.clock.speed,
+            options.simulation,
+            lambda: self._journal.survey_id,
+            lambda time: self.autopilot.telemetry.utc_at(time),
         )
         runtime = os.environ.get("RUNTIME_DIRECTORY")  # systemd.exec(5)
         self._flight_state = FlightStateFile(Path(runtime) if runtime else None)
@@ -190,7 +195,7 @@ class Daemon:
         )
         self.manager.init()
         self.manager.status.listen(self._trace.follow)
-        views = FlightViews(self._recording.show, self.clock, lambda: self.autopilot.datum)
+        views = FlightViews(self._recording.show, self._recording.record, self.clock, lambda: self.autopilot.datum)
         views.listen(self.vehicle, self.manager.status, self.inputs.occupancy_map)
         if self._set_aside:
             _LOG.warning("%s", self._set_aside)

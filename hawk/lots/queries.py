@@ -83,11 +83,18 @@ def proposed(connection: Connection, lot_id: str) -> Proposals:
 
 
 def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
-    """Return id and name of the lot of each survey that has one, by the name of the survey's journal."""
-    rows = connection.execute(
-        select(SURVEY.c.origin, LOT.c.id, LOT.c.name).join(LOT, SURVEY.c.lot == LOT.c.id).order_by(SURVEY.c.seq)
-    )
-    return {origin.partition(" ")[0]: {"id": lot, "name": name} for origin, lot, name in rows}
+    """Return id, name and time zone of the lot of each survey that has one, and the survey's id, by the name of its
+    journal.
+    """
+    lots = {row["id"]: row for row in connection.execute(select(LOT)).mappings()}
+    surveys = connection.execute(
+        select(SURVEY.c.origin, SURVEY.c.id, SURVEY.c.lot).where(SURVEY.c.lot.is_not(None)).order_by(SURVEY.c.seq)
+    ).all()
+    shown = {
+        lot: {"id": lot, "name": lots[lot]["name"], "time_zone": time_zone_of(connection, lots[lot])}
+        for lot in {lot for _, _, lot in surveys}
+    }
+    return {origin.partition(" ")[0]: {"survey": survey, **shown[lot]} for origin, survey, lot in surveys}
 
 
 def survey_row(connection: Connection, survey_id: str) -> Row:

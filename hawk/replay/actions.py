@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import asyncio
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
@@ -17,7 +17,6 @@ from hawk.replay.flight import RecordedFlight, ReplayError, in_a_line
 from hawk.replay.odm import write_odm
 from hawk.replay.report import Report
 from hawk.replay.results import write_map
-from hawk.replay.server import serve
 from hawk.store.replay import RecordingError
 
 SHOWN_DIFFERENCES: Final = 10
@@ -26,27 +25,17 @@ _FAILED: Final = 1
 _PROGRESS: Final = 10  # pictures
 
 
-def run(options: argparse.Namespace, port: int, *, is_process: bool) -> int:
-    """Do what the options ask for; return the exit status. ``port``: of the page."""
+def run(options: argparse.Namespace, show: Callable[[Path], int], *, is_process: bool) -> int:
+    """Do what the options ask for; return the exit status. ``show``: shows a recording on the page."""
     try:
         if options.to_odm is not None:
             return _to_odm(options)
         if is_process or options.check:
             return _process(options) if is_process else _decide(options)
-        return _show_page(options.recording, port)
+        return show(options.recording)
     except (ReplayError, RecordingError, decisions.ReplayError) as error:
         print(f"hawk-drone replay: {in_a_line(error)}", file=sys.stderr)
         return _FAILED
-
-
-def _show_page(recording: Path, port: int) -> int:
-    try:
-        asyncio.run(serve(recording, port))
-    except KeyboardInterrupt:
-        return 0
-    except OSError as error:
-        print(f"hawk-drone replay: --port: {error.strerror or error}; --port 0 takes a free one", file=sys.stderr)
-    return _FAILED
 
 
 def _decide(options: argparse.Namespace) -> int:

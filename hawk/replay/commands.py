@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import Any, Final
 
 from hawk.config import options as values
@@ -13,8 +16,11 @@ COMMAND: Final = "replay"
 PORT: Final = 3001
 
 
-def add_replay_command(commands: Any) -> None:
-    """Add the command to the subparsers of the command line."""
+def add_replay_command(commands: Any, show: Callable[[Path, int], int]) -> None:
+    """Add the command to the subparsers of the command line.
+
+    ``show``: shows a recording on the page at a port, and returns the exit status.
+    """
     replay = commands.add_parser(COMMAND, help="show a recorded flight, or decide or process it again")
     replay.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
     what = replay.add_mutually_exclusive_group()
@@ -39,15 +45,15 @@ def add_replay_command(commands: Any) -> None:
         help=f"port of the page that shows the flight without any of these ({PORT}); 0: a free one",
     )  # fmt: skip
     replay.add_argument("--json", type=values.new(".json"), metavar="FILE", help="write what differs as JSON (.json)")
-    replay.set_defaults(action=_run, boxed=_is_shown)
+    replay.set_defaults(action=partial(_run, show), boxed=_is_shown)
 
 
-def _run(options: argparse.Namespace) -> int:
+def _run(show: Callable[[Path, int], int], options: argparse.Namespace) -> int:
     is_process = options.process or options.model is not None
     _check(options, is_process=is_process)
     from hawk.replay.actions import run  # it loads numpy and all of vision: not for the other commands
 
-    return run(options, PORT if options.port is None else options.port, is_process=is_process)
+    return run(options, lambda path: show(path, PORT if options.port is None else options.port), is_process=is_process)
 
 
 def _is_shown(options: argparse.Namespace) -> bool:

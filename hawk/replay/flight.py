@@ -6,13 +6,14 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Final
 
 from hawk.config.sections import Config, ConfigError
 from hawk.ddc.recorder import TICK
 from hawk.model.poses import GlobalPose
-from hawk.store.replay import NO_END, Recorded, RecordingError, is_whole, read_metadata, read_recording
+from hawk.store.replay import NO_END, ZERO_UTC, Recorded, RecordingError, is_whole, read_metadata, read_recording
 
 LONGEST_GAP_S: Final = 5.0
 """A longer time without a message is played in this, seconds: a clock that leapt stops no player."""
@@ -69,6 +70,19 @@ class RecordedFlight:
     def utc(self) -> str:
         """When the file began (ISO 8601), by the clock of its computer; empty where it was not noted."""
         return self._metadata.get("utc", "")
+
+    def moment(self, time: float) -> datetime | None:
+        """Return UTC at a time of the recording's clock, seconds; None where the file does not say it.
+
+        It is that of the surveys: by the autopilot's GNSS, which a simulation draws, else by the computer.
+        """
+        try:
+            if ZERO_UTC in self._metadata:
+                return datetime.fromisoformat(self._metadata[ZERO_UTC]) + timedelta(seconds=time)
+            began, clock = datetime.fromisoformat(self.utc), float(self._metadata["clock"])
+            return began + timedelta(seconds=time - clock)
+        except (LookupError, ValueError, OverflowError, TypeError):
+            return None
 
     @property
     def survey(self) -> str:

@@ -32,10 +32,8 @@ from hawk.model.poses import GlobalPose
 from hawk.replay.flight import Maker, Origin, RecordedFlight, ReplayError, in_a_line
 from hawk.results.survey_map import recorded_geojson
 from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, to_json
-from hawk.store.replay import Recorded, RecordingError, text_of_geojson
+from hawk.store.replay import STALLS_ON_EARTH, Recorded, RecordingError, text_of_geojson
 
-STALLS_ON_EARTH: Final = "stalls_on_earth"
-"""Topic of the recorded stalls (`hawk.store.views`)."""
 _SIGHT: Final = b'"sight":{'
 _KEPT: Final = ("known", "tour", "fence", "asked_ground")
 """Fields of a frame that last over frames: the mapper takes another object for another plan."""

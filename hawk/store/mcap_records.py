@@ -37,24 +37,24 @@ class TooLargeError(McapError):
     """A file would become more than its bytes can be; the text has the remedy."""
 
 
-def records_of(path: Path) -> Iterator[Any]:
+def records_of(path: Path) -> Iterator[tuple[Any, int | None]]:
     """Yield the records of a file, those of chunks in their place; EndOfFile where it is torn.
 
-    Raises OSError, McapError, ValueError and struct.error for one that is damaged.
+    With each comes the byte of the file behind it; None for one that a chunk holds. Raises OSError, McapError,
+    ValueError and struct.error for one that is damaged.
     """
     size, is_checked = path.stat().st_size, False
     with path.open("rb") as stream:
-        reader = StreamReader(
-            cast("IO[bytes]", _WholeReads(stream, size)), emit_chunks=True, record_size_limit=MOST_RECORD_BYTES
-        )
+        reads = _WholeReads(stream, size)
+        reader = StreamReader(cast("IO[bytes]", reads), emit_chunks=True, record_size_limit=MOST_RECORD_BYTES)
         for record in reader.records:
             if isinstance(record, Chunk):
                 if not is_checked:
                     _check_growth(path, size)
                     is_checked = True
-                yield from _of_chunk(record)
+                yield from ((each, None) for each in _of_chunk(record))
             else:
-                yield record
+                yield record, size - reads.left
 
 
 def _check_growth(path: Path, size: int) -> None:
@@ -118,13 +118,13 @@ class _WholeReads:
 
     def __init__(self, stream: IO[bytes], size: int) -> None:
         self._stream = stream
-        self._left = size
+        self.left = size
 
     def read(self, length: int) -> bytes:
-        if length > self._left:  # asks for no memory that the file cannot fill
+        if length > self.left:  # asks for no memory that the file cannot fill
             raise EndOfFile
         data = self._stream.read(length)
-        self._left -= len(data)
+        self.left -= len(data)
         if len(data) < length:
             raise EndOfFile
         return data

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -18,7 +19,7 @@ from mcap.exceptions import McapError
 from mcap.reader import make_reader
 
 from hawk.config.sections import StoreSettings
-from hawk.store.replay import RecordingError, read_metadata
+from hawk.store.replay import ZERO_UTC, RecordingError, read_metadata
 
 SUFFIX: Final = ".mcap"
 MARK: Final = ".keep"
@@ -47,11 +48,13 @@ class Stored:
 class Contents:
     """A recording's length, seconds of its clock, and the name of the survey that was flown.
 
-    ``seconds`` is None where a crash left the file without its end.
+    ``seconds`` is None where a crash left the file without its end. ``began``: by the clock of the surveys, Unix
+    seconds; None where the autopilot had no time.
     """
 
     seconds: float | None = None
     survey: str = ""
+    began: float | None = None
 
 
 class Recordings:
@@ -90,7 +93,20 @@ class Recordings:
     def contents(self, name: str) -> Contents:
         """Read head and end of a recording. Raises NotThatRecordingError; a damaged one has unknown contents."""
         path = self._path(name)
-        return Contents(_seconds(path), survey_of(path))
+        return Contents(_seconds(path), survey_of(path), _moment_of(path))
+
+    def complete(self, name: str) -> Path:
+        """Return the file of a recording that is not under way. Raises NotThatRecordingError."""
+        path = self._path(name)
+        if path == self._under_way():
+            raise NotThatRecordingError(f"{name}: is being written: it can be shown after the landing")
+        return path
+
+    def ends(self, one: Stored) -> float | None:
+        """Return when a recording may be removed for its age, Unix seconds; None: not for its age."""
+        if one.is_kept or self._most_age_s is None or one.began is None:
+            return None
+        return one.began + self._most_age_s
 
     def keep(self, name: str, *, is_kept: bool) -> None:
         """Set or take away the mark. Raises NotThatRecordingError and OSError."""
@@ -148,12 +164,60 @@ class Recordings:
         return removed
 
 
+class OneRecording(Recordings):
+    """A single file, wherever it lies, as a folder of recordings: it is shown, and nothing is changed."""
+
+    def __init__(self, path: Path) -> None:
+        """The file may have any name: it gets one that recordings have, by when it began."""
+        super().__init__(StoreSettings(directory=path.parent))
+        self._file = path
+        self.name = path.name if NAME.fullmatch(path.name) else f"{_named(path):%Y%m%dT%H%M%SZ}{SUFFIX}"
+        """Name under which it is shown."""
+
+    def listed(self) -> list[Stored]:
+        """Return the file. Raises OSError."""
+        began = _named(self._file).timestamp()
+        return [Stored(self.name, self._file.stat().st_size, began if began >= CLOCK_SET else None, True)]
+
+    def keep(self, name: str, *, is_kept: bool) -> None:  # noqa: ARG002 - nothing is marked
+        """Raise NotThatRecordingError."""
+        raise NotThatRecordingError(f"{name}: {_SHOWN_ALONE}")
+
+    def delete(self, name: str) -> None:
+        """Raise NotThatRecordingError."""
+        raise NotThatRecordingError(f"{name}: {_SHOWN_ALONE}")
+
+    def _path(self, name: str) -> Path:
+        if name != self.name:
+            raise NotThatRecordingError(f"{name}: there is no recording of this name; the list has all")
+        return self._file
+
+
+_SHOWN_ALONE: Final = "is shown alone, and nothing is changed: open its store by hawk-drone desk --store DIR"
+
+
+def _named(path: Path) -> datetime:
+    """Return when a file began, by what it says, else by its name or time of change."""
+    with suppress(RecordingError, LookupError, ValueError):
+        return datetime.fromisoformat(read_metadata(path)["utc"]).astimezone(UTC)
+    return datetime.fromtimestamp(_began(path) or 0.0, UTC)
+
+
 def survey_of(path: Path) -> str:
     """Return the name of the survey that a recording holds; "" where it names none, or cannot be read."""
     try:
         return read_metadata(path).get("survey", "")
     except RecordingError:
         return ""
+
+
+def _moment_of(path: Path) -> float | None:
+    """Return when a recording began by the autopilot's GNSS, Unix seconds; None where it does not say that."""
+    try:
+        about = read_metadata(path)
+        return datetime.fromisoformat(about[ZERO_UTC]).timestamp() + float(about["clock"])
+    except (RecordingError, LookupError, ValueError, OverflowError):
+        return None
 
 
 def _oldest(found: Sequence[Stored], missing: float) -> list[Stored]:

@@ -19,9 +19,15 @@ from hawk.store.mcap_records import TooLargeError, records_of
 T = TypeVar("T")
 CAMERA: Final = "camera"
 """Topic of the pictures (`hawk.store.views`)."""
+STALLS_ON_EARTH: Final = "stalls_on_earth"
+"""Topic of the stalls as GeoJSON (`hawk.store.views`)."""
 KNOWN_LOT: Final = "known_lot"
 """Topic of the plan of a known lot: the frames after it, whose field `KNOWN` names its time, have it."""
+MESSAGE: Final = "message"
+"""Topic of the flight's messages as the page has them: level, text, details, and the sentences among them."""
 KNOWN: Final = "known"
+ZERO_UTC: Final = "zero_utc"
+"""Metadata: UTC at second 0 of the run's clock by the autopilot's GNSS, as surveys have it; left out where unknown."""
 METADATA: Final = "hawk"
 """Name of the metadata record with seed, configuration and version."""
 FORMAT: Final = 2
@@ -43,12 +49,13 @@ class Recorded:
     """One recorded message. ``time`` in seconds of that run's clock.
 
     ``data`` is JSON; of a frame its fields and its picture, as `hawk.store.frame_codec` joins them; of a topic of
-    `hawk.store.views` protobuf.
+    `hawk.store.views` protobuf. ``place``: byte of the file at which ``data`` stands; None where it was put together.
     """
 
     topic: str
     time: float
     data: bytes = field(repr=False)
+    place: int | None = None
 
     def payload(self) -> dict[str, Any]:
         """Return the payload given to `Recording.record`, as JSON keeps it. Raises RecordingError for frames."""
@@ -80,20 +87,21 @@ def read_recording(path: Path) -> Iterator[Recorded]:
     channels: dict[int, Channel] = {}
     epoch_ns = 0
     last: dict[str, Message] = {}
-    for record in _records(path):
+    for record, end in _records(path):
         if isinstance(record, Channel):
             channels[record.id] = record
         elif isinstance(record, Metadata) and record.name == METADATA:
             epoch_ns = _epoch(path, record.metadata)
         elif isinstance(record, Message):
             channel, data = channels.get(record.channel_id), record.data
+            place = None if end is None else end - len(data)
             if channel is None:
                 raise RecordingError(f"{path}: is damaged: a message has no channel")
             if channel.topic in (CAMERA, KNOWN_LOT):
                 last[channel.topic] = record
             elif channel.topic == FRAME_INPUT and channel.message_encoding == "json":
-                data = _frame(path, record, last)
-            yield Recorded(channel.topic, (record.log_time - epoch_ns) / 1e9, data)
+                data, place = _frame(path, record, last), None
+            yield Recorded(channel.topic, (record.log_time - epoch_ns) / 1e9, data, place)
 
 
 def _frame(path: Path, frame: Message, last: Mapping[str, Message]) -> bytes:
@@ -121,10 +129,21 @@ def _epoch(path: Path, metadata: Mapping[str, str]) -> int:
     return epoch_ns
 
 
+def span_of(topic: str, message: bytes) -> slice:
+    """Return where the picture stands in a message of `CAMERA`, or the text in a foxglove.GeoJson.
+
+    Raises RecordingError.
+    """
+    try:
+        return _span(message, _IMAGE_DATA if topic == CAMERA else _GEOJSON_TEXT)
+    except ValueError as error:
+        raise RecordingError(f"{topic}: is damaged: {error}") from error
+
+
 def text_of_geojson(message: bytes) -> str:
     """Return the text of a foxglove.GeoJson. Raises RecordingError."""
     try:
-        return _bytes_field(message, _GEOJSON_TEXT).decode()
+        return message[_span(message, _GEOJSON_TEXT)].decode()
     except ValueError as error:
         raise RecordingError(f"stalls are no foxglove.GeoJson: {error}") from error
 
@@ -132,13 +151,13 @@ def text_of_geojson(message: bytes) -> str:
 def _image_data(path: Path, image: bytes) -> bytes:
     """Return the picture of a foxglove.CompressedImage."""
     try:
-        return _bytes_field(image, _IMAGE_DATA)
+        return image[_span(image, _IMAGE_DATA)]
     except ValueError as error:
         raise RecordingError(f"{path}: is damaged: a picture is no foxglove.CompressedImage: {error}") from error
 
 
-def _bytes_field(message: bytes, field_number: int) -> bytes:
-    """Return a field of a protobuf message whose fields before it have lengths, empty where it is not there.
+def _span(message: bytes, field_number: int) -> slice:
+    """Return where a field of a protobuf message stands whose fields before it have lengths; empty without it.
 
     https://protobuf.dev/programming-guides/encoding. Raises ValueError.
     """
@@ -150,11 +169,11 @@ def _bytes_field(message: bytes, field_number: int) -> bytes:
                 raise ValueError(f"a field of wire type {tag & 7}")
             length, place = _varint(message, place)
             if tag >> 3 == field_number:
-                return message[place : place + length]
+                return slice(place, place + length)
             place += length
     except IndexError as error:
         raise ValueError(str(error)) from error
-    return b""
+    return slice(0, 0)
 
 
 def _varint(data: bytes, place: int) -> tuple[int, int]:
@@ -170,7 +189,7 @@ def _varint(data: bytes, place: int) -> tuple[int, int]:
 
 def read_metadata(path: Path) -> dict[str, str]:
     """Return seed, configuration, version and start of a recording. Raises RecordingError when it has none."""
-    for record in _records(path):
+    for record, _ in _records(path):
         if isinstance(record, Metadata) and record.name == METADATA:
             return dict(record.metadata)
     raise RecordingError(f"{path}: has no metadata {METADATA!r}")
@@ -183,12 +202,12 @@ def read_frames(path: Path, kind: type[T]) -> Iterator[T]:
             yield recorded.frame(kind)
 
 
-def _records(path: Path) -> Iterator[Any]:
+def _records(path: Path) -> Iterator[tuple[Any, int | None]]:
     try:
-        for record in records_of(path):
+        for record, end in records_of(path):
             if isinstance(record, DataEnd):
                 return
-            yield record
+            yield record, end
     except EndOfFile:
         return
     except TooLargeError as error:

@@ -41,13 +41,12 @@ from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose, VehiclePose
 from hawk.results.survey_map import recorded_geojson
 from hawk.store.frame_codec import View, Words
-from hawk.store.replay import CAMERA
+from hawk.store.replay import CAMERA, STALLS_ON_EARTH
 
 CALIBRATION: Final = "camera_calibration"
 LOCATION: Final = "location"
 POSE: Final = "pose"
 LOG: Final = "log"
-STALLS_ON_EARTH: Final = "stalls_on_earth"
 STALLS: Final = "stalls"
 MAP_FRAME: Final = "map"
 DRONE_FRAME: Final = "drone"

@@ -51,7 +51,7 @@ await mkdir(out, { recursive: true });
 const results = await Promise.all([
   build({
     ...shared,
-    entryPoints: { app: "src/main.ts", guest: "src/guest.ts", replay: "src/replay/main.ts" },
+    entryPoints: { app: "src/main.ts", guest: "src/guest.ts" },
     outdir: out,
     splitting: true,
     chunkNames: "part-[hash]",
@@ -61,7 +61,7 @@ const results = await Promise.all([
   build({ ...shared, entryPoints: ["src/link/life-worker.ts"], outfile: join(out, "life-worker.js") }),
   build({
     ...shared,
-    entryPoints: { app: "src/styles/app.css", views: "src/styles/views.css", replay: "src/replay/replay.css" },
+    entryPoints: { app: "src/styles/app.css", views: "src/styles/views.css" },
     outdir: out,
     loader: { ".woff2": "file" },
     assetNames: "[name]-[hash]",
@@ -72,11 +72,11 @@ const { outputs } = results[0].metafile;
 const everything = results.flatMap((result) => Object.keys(result.metafile.outputs));
 const fonts = everything.filter((name) => name.endsWith(".woff2"));
 const languages = everything.filter((name) => name.endsWith(".ftl"));
-for (const [name, entry] of [["index.html", "app.js"], ["shared.html", "guest.js"], ["replay.html", "replay.js"]]) {
+for (const [name, entry] of [["index.html", "app.js"], ["shared.html", "guest.js"]]) {
   await preload(name, entry);
 }
 await checkSize("first view", [...[...before("app.js")].map((name) => join(here, name)), join(out, "app.css"), join(out, "index.html"), ...fonts], LARGEST_GZIP);
-const late = Object.keys(outputs).filter((name) => name.endsWith(".js") && !before("app.js").has(name) && !/^(guest|replay)\.js$/.test(basename(name)));
+const late = Object.keys(outputs).filter((name) => name.endsWith(".js") && !before("app.js").has(name) && !/^guest\.js$/.test(basename(name)));
 await checkSize("views opened later", [...late, join(out, "views.css")], LARGEST_VIEWS_GZIP, false);
 const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
 await writeFile(join(out, "licences.txt"), await licences(inputs));

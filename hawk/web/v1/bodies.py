@@ -172,14 +172,18 @@ class Problem(Shown):
 
 
 class RecordedLot(Shown):
-    """Lot of a recorded flight."""
+    """Lot of a recorded flight, and the survey of it that the flight made."""
 
     id: Id
     name: str
+    time_zone: str
+    survey: Id
 
 
 class Recording(Shown):
-    """A recording on the drone's disk. `keep`: it is never removed for room."""
+    """A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor
+    for its age at `keep_end`.
+    """
 
     name: str
     bytes: Count
@@ -188,6 +192,7 @@ class Recording(Shown):
     survey: str | None
     lot: RecordedLot | None
     keep: bool
+    keep_end: Utc | None
     under_way: bool
 
 

@@ -27,7 +27,6 @@ from hawk.web.v1.refusals import RefusedError, check_operator
 NONE_HERE: Final = ("recordings", "nothing is recorded here")
 FLYING: Final = ("recordings", "wait until the motors are off")
 FOR_OPERATORS: Final = "Recordings are changed and downloaded by operators: log in as operator."
-_GONE: Final = "there is no complete recording of this name; the list has all"
 T = TypeVar("T")
 
 
@@ -54,17 +53,14 @@ async def download(request: web.Request) -> web.StreamResponse:
     check_operator(request, FOR_OPERATORS)
     query_of(request, Query)
     _check_on_ground(request)
-    folder, name = _folder(request), request.match_info["name"]
-    found = {one.name: one for one in await _run(request, folder.listed)}
-    one = found.get(name)
-    if one is None or one.is_under_way:
-        raise RefusedError(web.HTTPNotFound.status_code, "recording", _GONE)
-    return await send_file(request, folder.folder / name, one.bytes)
+    path = await _run(request, partial(folder_of(request).complete, request.match_info["name"]))
+    size = (await _run(request, path.stat)).st_size
+    return await send_file(request, path, size)
 
 
 async def keep(request: web.Request, body: Body) -> object:
     """Set the mark of the recording in the address, or take it away. Raises those of `Recordings.keep`."""
-    folder, name, wanted = _folder(request), request.match_info["name"], body["keep"]
+    folder, name, wanted = folder_of(request), request.match_info["name"], body["keep"]
     await _run(request, partial(folder.keep, name, is_kept=wanted))
     return Kept(name=name, keep=wanted)
 
@@ -73,13 +69,13 @@ async def delete(request: web.Request, _: Body) -> object:
     """Delete the recording in the address. Raises RefusedError in flight, and those of `Recordings.delete`."""
     _check_on_ground(request)
     name = request.match_info["name"]
-    await _run(request, partial(_folder(request).delete, name))
+    await _run(request, partial(folder_of(request).delete, name))
     return Deleted(name=name, deleted=True)
 
 
 async def _rows_of(request: web.Request) -> list[Recording]:
     """Return every recording the oldest first. Raises RefusedError and OSError."""
-    folder = _folder(request)
+    folder = folder_of(request)
 
     def read() -> list[tuple[Stored, Contents]]:
         found = []
@@ -90,7 +86,7 @@ async def _rows_of(request: web.Request) -> list[Recording]:
 
     found = await _run(request, read)
     lots = await _lots(request)
-    return [_row(one, contents, lots.get(contents.survey)) for one, contents in found]
+    return [_row(one, contents, lots.get(contents.survey), folder.ends(one)) for one, contents in found]
 
 
 def _check_on_ground(request: web.Request) -> None:
@@ -98,7 +94,8 @@ def _check_on_ground(request: web.Request) -> None:
         raise RefusedError(web.HTTPConflict.status_code, *FLYING)
 
 
-def _folder(request: web.Request) -> Recordings:
+def folder_of(request: web.Request) -> Recordings:
+    """Return the folder of recordings. Raises RefusedError where nothing is recorded."""
     folder = request.app[SERVICES].recordings
     if folder is None:
         raise RefusedError(web.HTTPConflict.status_code, *NONE_HERE)
@@ -123,14 +120,19 @@ async def _lots(request: web.Request) -> Mapping[str, Mapping[str, str]]:
         return {}
 
 
-def _row(one: Stored, contents: Contents, lot: Mapping[str, str] | None) -> Recording:
+def _row(one: Stored, contents: Contents, lot: Mapping[str, str] | None, ends: float | None) -> Recording:
     return Recording(
         name=one.name,
         bytes=one.bytes,
-        began=None if one.began is None else datetime.fromtimestamp(int(one.began), UTC),
+        began=_utc(one.began if contents.began is None else contents.began),
         seconds=None if contents.seconds is None else round(contents.seconds, 1),
         survey=contents.survey or None,
         lot=None if lot is None else RecordedLot.model_validate(lot),
         keep=one.is_kept,
+        keep_end=_utc(ends),
         under_way=one.is_under_way,
     )
+
+
+def _utc(seconds: float | None) -> datetime | None:
+    return None if seconds is None else datetime.fromtimestamp(int(seconds), UTC)

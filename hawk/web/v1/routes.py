@@ -10,7 +10,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
-from hawk.web.v1 import plan_files, reports
+from hawk.web.v1 import films, plan_files, reports
 from hawk.web.v1.answers import OPENAPI, Answer, answered, base_of, made, text_of
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.table import OPERATIONS
@@ -36,6 +36,7 @@ def add_routes(app: web.Application) -> None:
     app[_DEFINITION] = _Definition()
     plan_files.prepare(app)
     reports.prepare(app)
+    films.prepare(app)
     found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}
     for each in OPERATIONS:
         found.setdefault(each.route, {})[each.method] = each.handler

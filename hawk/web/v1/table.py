@@ -10,6 +10,7 @@ from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
 from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
+from hawk.replay.film import Film
 from hawk.report.options import CONTENT_TYPES as REPORT_TYPES
 from hawk.report.options import Kind
 from hawk.runtime.late import late_functions
@@ -17,7 +18,7 @@ from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
-from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings, reports
+from hawk.web.v1 import bodies, exports, films, links, parameters, plan_files, recordings, reports
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
@@ -220,6 +221,12 @@ _RECORDINGS: Final = (
     Operation("GET", "/recordings/{name}", "recording", "A recording, or the part of it that `Range` names; 409 in "
               "flight", RECORDINGS, recordings.download, None, content_types=(_ANY_FILE,), has_tag=False,
               for_operators=True),
+    Operation("GET", "/recordings/{name}/film", "film", "Time line of a recording; 409 in flight", RECORDINGS,
+              films.film, Film),
+    Operation("GET", "/recordings/{name}/film/pictures/{number}", "film_picture", "A picture of a recording",
+              RECORDINGS, films.picture, None, content_types=("image/jpeg",)),
+    Operation("GET", "/recordings/{name}/film/maps/{number}", "film_map", "Stalls of a recording as they were known "
+              "at a time", RECORDINGS, films.recorded_map, None, content_types=(GEOJSON,)),
     _post("/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away", RECORDINGS,
           recordings.keep, bodies.Keep, bodies.Kept, recordings.FOR_OPERATORS),
     _post("/recordings/{name}/delete", "delete_recording", "Delete a recording, while no drone flies", RECORDINGS,

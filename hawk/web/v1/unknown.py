@@ -24,6 +24,7 @@ PATTERNS: Final = {
     "survey": "[0-9a-f-]{36}",
     "token": "[A-Za-z0-9_-]{8,64}",
     "preview": "[0-9a-f]{32}",
+    "number": "[0-9]{1,7}",
     "row": "-?[0-9]{1,6}",
     "column": "-?[0-9]{1,6}",
     "kind": "|".join(each.removeprefix(".") for each in CONTENT_TYPES),
@@ -31,6 +32,7 @@ PATTERNS: Final = {
 }
 """Patterns of the fields of paths."""
 _FIELD: Final = re.compile(r"\{(\w+)\}")
+_NUMBER: Final = "the recording has none of this number"
 _SURVEY: Final = "there is no survey of this lot with this id"
 WORDS: Final[Mapping[str, str]] = {
     "/lots": f"there is no lot with this id; GET {ROOT}/lots lists them",
@@ -43,6 +45,8 @@ WORDS: Final[Mapping[str, str]] = {
     "/shares": f"there is no link with this id; GET {ROOT}/lots/{{id}}/shares lists those of a lot",
     "/shared": "this link has ended, or was taken back; ask for another one",
     "/recordings": f"there is no recording with this name; GET {ROOT}/recordings lists them",
+    "/recordings/{name}/film/pictures": f"{_NUMBER}; GET {ROOT}/recordings/{{name}}/film lists the pictures",
+    "/recordings/{name}/film/maps": f"{_NUMBER}; GET {ROOT}/recordings/{{name}}/film lists the maps",
     "/lots/import": f"there is no preview with this id; POST {ROOT}/lots/import makes one",
     "/lots/{id}/plan/import": f"there is no preview with this id; POST {ROOT}/lots/{{id}}/plan/import makes one",
     "/lots/{id}/feeds": f"there is no feed with this name; there are {', '.join(FEEDS)}",
@@ -66,6 +70,7 @@ _KINDS: Final[Mapping[str, tuple[str, ...]]] = {
     "feed": ("/feeds",),
     "feature": ("/items",),
     "row": ("/ground",),
+    "number": ("/pictures", "/maps"),
 }
 """Field of an error of the store -> ends of the templates before the field of the path that is meant."""
 

@@ -252,6 +252,67 @@ export interface Figures {
   compared: Compared[];
 }
 
+/** A recorded flight by time: `at` is in seconds of the film, places in metres north and east of `datum`. */
+export interface Film {
+  name: string;
+  program: string;
+  began: string | null;
+  seconds: number;
+  clock: ((number | null)[])[];
+  problem: string;
+  datum: [number, number] | null;
+  phases: FilmPhase[];
+  messages: FilmMessage[];
+  track: ((number | null)[])[];
+  battery: ((number | null)[])[];
+  counts: ((number | null)[])[];
+  homes: ((number | null)[])[];
+  footprints: ((number | null)[])[];
+  fences: FilmFence[];
+  plan: FilmStall[];
+  pictures: number[];
+  maps: number[];
+}
+
+/** The fence from `at` on: its ring, and the zones that the drone keeps out of. */
+export interface FilmFence {
+  at: number;
+  ring: [number, number][];
+  zones: [number, number][][];
+}
+
+/** A line of the flight's messages. */
+export interface FilmMessage {
+  at: number;
+  level: "info" | "ok" | "warning" | "error";
+  text: string;
+  details: string;
+  sentences: FilmSentence[];
+}
+
+/** A state of the drone, from `at` to the next one. */
+export interface FilmPhase {
+  at: number;
+  state: string;
+}
+
+/** A sentence among the texts of a message, with its code and values, as the drone sends it. */
+export interface FilmSentence {
+  text: string;
+  code: string;
+  values: Record<string, string | number>;
+}
+
+/** A stall of the plan that was flown over; `angle` in radians clockwise from north. */
+export interface FilmStall {
+  north: number;
+  east: number;
+  angle: number;
+  width: number;
+  length: number;
+  label: string;
+}
+
 /** A stall that a survey found, in the lot's frame, with the number that the survey gave it. */
 export interface FoundStall {
   id: number;
@@ -565,13 +626,15 @@ export interface Proposals {
   doubtful: DoubtfulSurvey[];
 }
 
-/** Lot of a recorded flight. */
+/** Lot of a recorded flight, and the survey of it that the flight made. */
 export interface RecordedLot {
   id: string;
   name: string;
+  time_zone: string;
+  survey: string;
 }
 
-/** A recording on the drone's disk. `keep`: it is never removed for room. */
+/** A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor for its age at `keep_end`. */
 export interface Recording {
   name: string;
   bytes: number;
@@ -580,6 +643,7 @@ export interface Recording {
   survey: string | null;
   lot: RecordedLot | null;
   keep: boolean;
+  keep_end: string | null;
   under_way: boolean;
 }
 

@@ -17,6 +17,7 @@ from hawk.comm.protocol.heartbeat import DroneStatus, VehicleStatus
 from hawk.config.sections import StoreSettings
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
+from hawk.lots.time_zone import zone_of_lot
 from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.recordings import Recordings, Stored
 from hawk.store.ring_buffer import Item
@@ -60,8 +61,8 @@ class Folder:
         self.stand.rig.publish(DroneStatus(vehicle=VehicleStatus(armed=True)))
 
 
-def recorded(path: Path, survey_name: str) -> None:
-    head = start_metadata({"survey": survey_name}, datetime(2026, 5, 1, 10, tzinfo=UTC), 10.0)
+def recorded(path: Path, survey_name: str, **more: str) -> None:
+    head = start_metadata({"survey": survey_name, **more}, datetime(2026, 5, 1, 10, tzinfo=UTC), 10.0)
     file = RecordingFile(path.open("wb"), head, dict)
     for seconds in (20, 95):
         file.write(Item("tick", {}, "json", seconds * 1_000_000_000, 1))
@@ -87,6 +88,7 @@ async def test_everybody_sees_recordings_with_size_lot_length_and_mark(folder: F
     store = folder.stand.rig.lots
     assert store is not None
     saved = await store.write(lambda connection: save(connection, replace(survey(), name="000001-day")))
+    zone = await store.read(lambda connection: zone_of_lot(connection, str(saved.lot)))
     first, second = await folder.rows(viewer=True)
     assert first == {
         "name": FIRST,
@@ -94,11 +96,24 @@ async def test_everybody_sees_recordings_with_size_lot_length_and_mark(folder: F
         "began": "2026-05-01T10:00:00Z",
         "seconds": 75.0,
         "survey": "000001-day",
-        "lot": {"id": saved.lot, "name": "Lot 1"},
+        "lot": {"id": saved.lot, "name": "Lot 1", "time_zone": zone, "survey": saved.survey},
         "keep": False,
+        "keep_end": None,
         "under_way": False,
     }
     assert (second["name"], second["survey"], second["lot"]) == (SECOND, None, None)
+
+
+async def test_the_day_is_that_of_the_surveys_and_the_end_that_of_the_limits(folder: Folder) -> None:
+    """The computer's clock names the file and decides how long it is kept; a simulation draws another day."""
+    recorded(folder.path / FIRST, "", zero_utc="2024-01-02T10:00:00+00:00")
+    settings = StoreSettings(directory=folder.path.parent, recordings_days=30)
+    folders = Recordings(settings)
+    one = folders.listed()[0]
+    assert folders.contents(FIRST).began == datetime(2024, 1, 2, 10, 0, 10, tzinfo=UTC).timestamp()
+    assert folders.ends(one) == datetime(2026, 5, 31, 10, tzinfo=UTC).timestamp()
+    folders.keep(FIRST, is_kept=True)
+    assert folders.ends(folders.listed()[0]) is None
 
 
 async def test_a_file_with_a_name_of_its_own_and_one_that_went_meanwhile_leave_the_list_whole(

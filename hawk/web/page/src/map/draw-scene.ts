@@ -16,6 +16,8 @@ const INK = "#15202b";
 export function drawScene(surface: Surface, scene: Scene): void {
   const pixels = (places: readonly { North: number; East: number }[]): Pixel[] =>
     places.map((place) => surface.pixel(toCoordinate(place)));
+  if (scene.seen) drawVeil(surface, scene.seen.map(pixels));
+  for (const stall of scene.unseen) drawUnseen(surface, corners(stall).map(surface.pixel));
   const drone = scene.drone ? surface.pixel([scene.drone.east, scene.drone.north]) : null;
   for (const zone of scene.zoneLimits) drawZone(surface, pixels(zone));
   for (const zone of scene.zones) drawFence(surface, pixels(zone));
@@ -31,6 +33,28 @@ export function drawScene(surface: Surface, scene: Scene): void {
   if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);
   if (scene.measured) drawMeasure(surface, scene.measured);
   if (drone && scene.drone) drawDrone(surface, drone, scene.drone.yaw, scene.lost?.reach ?? null);
+}
+
+/** What was not seen yet is pale. It is drawn first: rings are cut out of it alone. */
+function drawVeil({ context, palette }: Surface, seen: Pixel[][]): void {
+  context.globalAlpha = 0.7;
+  context.fillStyle = palette.fog;
+  context.fillRect(0, 0, context.canvas.width, context.canvas.height);
+  context.globalAlpha = 1;
+  context.globalCompositeOperation = "destination-out";
+  for (const ring of seen) {
+    path(context, ring, true);
+    context.fill();
+  }
+  context.globalCompositeOperation = "source-over";
+}
+
+function drawUnseen({ context, palette }: Surface, ring: Pixel[]): void {
+  path(context, ring, true);
+  context.globalAlpha = 0.6;
+  stroke(context, { colour: palette.fog, width: 2.5 });
+  context.globalAlpha = 1;
+  stroke(context, { colour: palette.fence, width: 1.2, dash: [1.5, 3] });
 }
 
 function drawFence({ context, palette }: Surface, fence: Pixel[]): void {

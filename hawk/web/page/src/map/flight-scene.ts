@@ -36,6 +36,10 @@ export interface Scene {
   lost: { reach: number } | null;
   selected: Rectangle | null;
   measured: MeasureMark | null;
+  /** What the camera has seen: the rest is pale; null where nothing is. */
+  seen: readonly (readonly Point[])[] | null;
+  /** Stalls that are still to be found. */
+  unseen: readonly Rectangle[];
   /** Stalls of the lot that begin and end if a survey is taken over. */
   changes: ChangesMark | null;
 }
@@ -57,6 +61,8 @@ export const EMPTY_SCENE: Scene = {
   lost: null,
   selected: null,
   measured: null,
+  seen: null,
+  unseen: [],
   changes: null,
 };
 

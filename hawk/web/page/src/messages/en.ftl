@@ -1492,21 +1492,35 @@ archive-link-open = Made { $made }, ends { $ends }
 archive-link-shut = Made { $made }, shut
 archive-take-back = Take back
 
-## A recorded flight: the page of hawk-drone replay, which has a bundle of its own
+## A recorded flight
 
-archive-replay-mark = Replay
-archive-replay-damage = The recording is damaged from here on: { $why }
-archive-replay-play = Play
-archive-replay-pause = Pause
-archive-replay-time = Time
-archive-replay-speed = Speed
-archive-replay-height = { $height } m high
-archive-replay-no-picture = No picture yet
-archive-replay-picture = The camera's picture at { $time }
-archive-replay-no-map = No map yet
-archive-replay-map = { $stalls } stalls and the path that was flown
-archive-replay-events = Messages and decisions
-archive-replay-message = message
-archive-replay-state = state
-archive-replay-command = command
-archive-replay-decision = decision
+film = Film of the flight
+film-not-live = Recording, not live
+film-all = All recordings
+film-watch = Watch the flight of { $when }
+film-reading = The recording is being read …
+film-damage = The recording is damaged after { $span }:
+film-play = Play
+film-pause = Pause
+film-time = Time
+film-speed = Speed
+film-phases = What the drone did
+film-week = Back to week
+film-before = The recording before
+film-after = The recording after
+film-now = { $clock }, { $span }
+film-recorded = Recorded, { $clock }
+film-no-picture = No picture yet
+film-no-map = The recording has no map
+film-map = Map of the recording: { $stalls }
+film-seen = { $seen ->
+        [one] { $seen } stall seen at this moment
+       *[other] { $seen } stalls seen at this moment
+    }
+film-seen-of = { $seen } of { $all } stalls seen at this moment
+film-values = Battery, height, and distance from home
+film-left = { $time } until it must return
+film-from-home = from home
+film-kept = kept
+film-kept-until = kept until { $day }
+film-pale = Pale: not seen yet

@@ -1466,21 +1466,35 @@ archive-link-open = Créé le { $made }, finit le { $ends }
 archive-link-shut = Créé le { $made }, fermé
 archive-take-back = Reprendre
 
-## Un vol enregistré : la page de hawk-drone replay
+## Un vol enregistré
 
-archive-replay-mark = Relecture
-archive-replay-damage = L'enregistrement est abîmé à partir d'ici : { $why }
-archive-replay-play = Lire
-archive-replay-pause = Pause
-archive-replay-time = Temps
-archive-replay-speed = Vitesse
-archive-replay-height = { $height } m de haut
-archive-replay-no-picture = Pas encore d'image
-archive-replay-picture = L'image de la caméra à { $time }
-archive-replay-no-map = Pas encore de carte
-archive-replay-map = { $stalls } places et la route volée
-archive-replay-events = Messages et décisions
-archive-replay-message = message
-archive-replay-state = état
-archive-replay-command = commande
-archive-replay-decision = décision
+film = Film du vol
+film-not-live = Enregistrement, pas en direct
+film-all = Tous les enregistrements
+film-watch = Voir le vol du { $when }
+film-reading = Lecture de l'enregistrement…
+film-damage = L'enregistrement est abîmé après { $span } :
+film-play = Lire
+film-pause = Pause
+film-time = Temps
+film-speed = Vitesse
+film-phases = Ce que le drone a fait
+film-week = Retour à la semaine
+film-before = L'enregistrement d'avant
+film-after = L'enregistrement d'après
+film-now = { $clock }, { $span }
+film-recorded = Enregistré, { $clock }
+film-no-picture = Pas encore d'image
+film-no-map = L'enregistrement n'a pas de carte
+film-map = Carte de l'enregistrement : { $stalls }
+film-seen = { $seen ->
+        [one] { $seen } place vue à cet instant
+       *[other] { $seen } places vues à cet instant
+    }
+film-seen-of = { $seen } places sur { $all } vues à cet instant
+film-values = Batterie, hauteur et distance du départ
+film-left = { $time } avant de devoir rentrer
+film-from-home = du départ
+film-kept = conservé
+film-kept-until = conservé jusqu'au { $day }
+film-pale = Pâle : pas encore vu

@@ -10,6 +10,9 @@ export interface Place {
   before: string;
   after: string;
   stall: string;
+  /** File name of a recording, and seconds of its film. */
+  recording: string;
+  t: string;
   /** Days, as 2026-05-04; "" without that end. */
   from: string;
   to: string;
@@ -19,16 +22,18 @@ export interface Place {
   show: "" | (typeof SHOWN)[number];
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", from: "", to: "", every: "", show: "" };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", recording: "", t: "", from: "", to: "", every: "", show: "" };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
-const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after")[]>> = {
+const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after" | "recording")[]>> = {
   fly: ["lot"],
   lots: ["lot", "survey"],
   compare: ["lot", "before", "after"],
   report: ["lot", "survey"],
-  recordings: ["lot"],
+  recordings: ["lot", "recording"],
 };
 const DAY = /^\d{4}-\d{2}-\d{2}$/;
+const RECORDING = /^[0-9TZ-]{16,24}\.mcap$/;
+const SECONDS = /^\d{1,6}(\.\d)?$/;
 const ID = /^[0-9a-f-]{36}$/;
 
 /** The place that an address names; what cannot be read is left out. */
@@ -37,9 +42,10 @@ export function placeOf(hash: string): Place {
   const [, view, ...ids] = path.split("/");
   const name = VIEWS.find((each) => each === view) ?? NOWHERE.view;
   const place: Place = { ...NOWHERE, view: name };
-  for (const [k, key] of PATHS[name].entries()) place[key] = read(ids[k], ID);
+  for (const [k, key] of PATHS[name].entries()) place[key] = read(ids[k], key === "recording" ? RECORDING : ID);
   const given = new URLSearchParams(search);
   place.stall = read(given.get("stall"), ID);
+  place.t = read(given.get("t"), SECONDS);
   place.from = read(given.get("from"), DAY);
   place.to = read(given.get("to"), DAY);
   if (given.get("every") === "1") place.every = "1";
@@ -53,9 +59,9 @@ function read(value: string | null | undefined, pattern: RegExp): string {
 
 /** The address of a place, with what differs from none. */
 export function hashOf(place: Place): string {
-  const { stall, from, to, every, show } = place;
+  const { stall, t, from, to, every, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
-  const given = Object.entries({ stall, from, to, every, show }).filter(([, value]) => value !== "");
+  const given = Object.entries({ stall, t, from, to, every, show }).filter(([, value]) => value !== "");
   const search = new URLSearchParams(given).toString();
   return `#/${path}${search && `?${search}`}`;
 }

@@ -49,7 +49,7 @@ export class TopBar extends LitElement {
   private picker(): TemplateResult | typeof nothing {
     const { lots, place } = this;
     if (lots === null || lots.length === 0) return nothing;
-    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "" });
+    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", recording: "", t: "" });
     return html`<label class="lot"><span class="unseen">${say("archive-lot")}</span><select @change=${go}>
       ${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}
     </select></label>`;
@@ -66,5 +66,5 @@ export function viewLinks(views: readonly ViewName[], route: Route): TemplateRes
 
 /** The lot is kept; the survey and the stall of another view are not this one's. */
 function addressOf(view: ViewName, route: Route): string {
-  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", show: "", every: "" });
+  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", recording: "", t: "", show: "", every: "" });
 }

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
-import { orNull, readAll } from "../link/api.ts";
+import { orNull, readAll, Refused } from "../link/api.ts";
 import { type ViewName, VIEWS } from "../route/place.ts";
 import { Route } from "../route/route.ts";
 import { type DroneChip, viewLinks } from "../shell/top-bar.ts";
@@ -40,12 +40,18 @@ import "./video-panel.ts";
 type Panel = "none" | "menu" | "actions" | "keys";
 const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as const;
 
+/** HTTP's status of what is not here. */
+const NOT_THERE = 404;
+const ALONE: readonly ViewName[] = ["recordings"];
+
 /** The page: the views, and in Fly glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
 export class App extends LitElement {
   model!: Operator;
   @property({ attribute: false }) route = new Route();
   @state() private lots: ListedLot[] | null = null;
+  /** A recording is shown without a store of lots: there is nothing else to see. */
+  @state() private isAlone = false;
   private listedFor: ViewName | null = null;
   @state() private panel: Panel = "none";
   @state() private survey = false;
@@ -81,7 +87,8 @@ export class App extends LitElement {
     return this;
   }
 
-  override willUpdate(_changed: PropertyValues): void {
+  override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has("route")) this.follow(changed.get("route"));
     this.dress();
     const view = this.model.view();
     if (isFlying(view.heartbeat)) this.survey = false;
@@ -89,6 +96,12 @@ export class App extends LitElement {
     if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
     document.title = this.titleOf(view);
+  }
+
+  /** The page's script gives the route when the element stands already. */
+  private follow(before: Route | undefined): void {
+    before?.removeEventListener("change", this.moved);
+    this.route.addEventListener("change", this.moved);
   }
 
   private titleOf(view: View): string {
@@ -107,7 +120,7 @@ export class App extends LitElement {
     const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
       ${this.line(view, isDesk)}
-      <hawk-top .route=${this.route} .place=${this.route.place} .views=${VIEWS} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
+      <hawk-top .route=${this.route} .place=${this.route.place} .views=${this.isAlone ? ALONE : VIEWS} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
       ${flies || !isAway ? html`<div class="strips">
             <hawk-banner .model=${model}></hawk-banner>
@@ -165,7 +178,9 @@ export class App extends LitElement {
 
   /** The lots to choose from; the first one where the address names none. */
   private async listLots(): Promise<void> {
-    this.lots = (await orNull(readAll<ListedLot>("lots"))) ?? this.lots;
+    const asked = readAll<ListedLot>("lots");
+    asked.catch((error: unknown) => (this.isAlone = error instanceof Refused && error.status === NOT_THERE));
+    this.lots = (await orNull(asked)) ?? this.lots;
     const [first] = this.lots ?? [];
     if (first && !this.lots?.some(({ id }) => id === this.route.place.lot)) this.route.settle({ lot: first.id });
   }

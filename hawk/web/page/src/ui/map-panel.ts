@@ -155,6 +155,7 @@ export class MapPanel extends Part {
     const stall = this.selected === null ? undefined : this.model.map.stalls.get(this.selected);
     const question = this.model.question;
     return {
+      ...EMPTY_SCENE,
       fence: fence.inner,
       limit: fence.limit,
       zones: fence.zones,

@@ -6,7 +6,7 @@ import { say } from "../words/say.ts";
  * Gives the document the theme and the language that this browser chose; `title` is a message without values. Returns
  * what lets it speak another language, and keeps that.
  */
-export function dressed(title: "archive-title" | "archive-replay-mark", drawAgain: () => void): (choice: LanguageChoice) => void {
+export function dressed(title: "archive-title", drawAgain: () => void): (choice: LanguageChoice) => void {
   const { theme, language } = readPreferences(localStorage);
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const show = (): void => {

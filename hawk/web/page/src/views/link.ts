@@ -1,4 +1,4 @@
-import type { Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
+import type { Changed, Figures, Observation, Recording, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
 import { API, orNull, type Part, query, read } from "../link/api.ts";
 import { type Features, onMap, type SurveyOnMap } from "./survey-source.ts";
 
@@ -58,8 +58,20 @@ export class LotSource {
 
   /** A survey with its picture; a link shows no picture. */
   async onMap(survey: string): Promise<SurveyOnMap | null> {
-    const ground = this.isShared ? null : orNull(this.ask<SurveyGround>(`${API}/surveys/${survey}/ground`));
+    const ground = this.ground(survey);
     return onMap(survey, await this.features(survey), await ground);
+  }
+
+  /** Where the picture of a survey lies; null for a link, and where there is none. */
+  ground(survey: string): Promise<SurveyGround | null> {
+    return this.isShared ? Promise.resolve(null) : orNull(this.ask<SurveyGround>(`${API}/surveys/${survey}/ground`));
+  }
+
+  /** The recordings of a survey's flights; none for a link. */
+  async recordings(survey: string): Promise<Recording[]> {
+    if (this.isShared) return [];
+    const { items } = await this.ask<Part<Recording>>(`${API}/recordings${query({ limit: "1000" })}`);
+    return items.filter((each) => each.lot?.survey === survey && !each.under_way);
   }
 
   private once<T>(path: string): Promise<T> {

@@ -4,6 +4,7 @@ import type { Recording } from "../api.ts";
 import { API, post, readAll } from "../link/api.ts";
 import { bytes, longDuration } from "../words/format.ts";
 import { say } from "../words/say.ts";
+import "../replay/film-view.ts";
 import { moment } from "./figures.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
@@ -14,11 +15,12 @@ export class RecordingsView extends View {
   private asked = "";
 
   override willUpdate(): void {
-    this.listed.ask(String(this.revision), () => readAll("recordings"));
+    this.listed.ask(`${this.revision} ${this.place.recording}`, () => readAll("recordings"));
   }
 
   override render(): TemplateResult {
     const { value, problem } = this.listed;
+    if (this.place.recording !== "" && (value !== null || problem !== "")) return html`<archive-film .place=${this.place} .revision=${this.revision} .recordings=${value ?? []}></archive-film>`;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     if (value.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
@@ -30,8 +32,8 @@ export class RecordingsView extends View {
   }
 
   private row(row: Recording): TemplateResult {
-    const when = row.began === null ? row.name : moment(row.began);
-    return html`<tr><th scope="row">${when}</th><td>${row.lot?.name ?? "–"}</td>
+    const when = row.began === null ? row.name : moment(row.began, row.lot?.time_zone);
+    return html`<tr><th scope="row">${row.under_way ? when : html`<button class="plain link" aria-label=${say("film-watch", { when })} @click=${() => this.go({ recording: row.name, t: "" })}>${when}</button>`}</th><td>${row.lot?.name ?? "–"}</td>
       <td>${row.seconds === null ? "–" : longDuration(row.seconds)}</td><td>${bytes(row.bytes)}</td>
       <td><input type="checkbox" .checked=${row.keep} ?disabled=${!this.mayChange} aria-label=${say("archive-keep-of", { when })} @change=${(event: Event) => void this.keep(row, (event.target as HTMLInputElement).checked)} /></td>
       <td>${row.under_way ? say("archive-under-way") : this.mayChange ? this.actions(row, when) : "–"}</td></tr>`;

@@ -2,8 +2,8 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from "lit/decorators.js";
 import { API } from "../link/api.ts";
 import type { Point } from "../protocol.ts";
-import { EMPTY_SCENE } from "../map/flight-scene.ts";
-import { cardPlace, scaleBar } from "../map/geometry.ts";
+import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
+import { cardPlace, type Extent, scaleBar } from "../map/geometry.ts";
 import { LotMap } from "../map/lot-map.ts";
 import { MapStore, type Stall } from "../state/map-store.ts";
 import { ALL_LAYERS } from "../state/preferences.ts";
@@ -26,6 +26,10 @@ export class SurveyMap extends LitElement {
   @property({ attribute: false }) source: SurveyOnMap | null = null;
   /** Id of the stall that was chosen. */
   @property() chosen = "";
+  /** What lies over the survey: the drone, say. */
+  @property({ attribute: false }) scene: Scene = EMPTY_SCENE;
+  /** What is shown first, and is the whole; null: all stalls. */
+  @property({ attribute: false }) extent: Extent | null = null;
   /** What a screen reader says of the map. */
   @property() label = "";
   /** Another one where the theme is another one. */
@@ -57,7 +61,7 @@ export class SurveyMap extends LitElement {
       <div class="ol" tabindex="0" role="application" aria-label=${this.label}></div>
       <div class="tools">
         <div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
-        <div class="group">${this.tool(say("whole-lot"), "whole", () => this.map?.look("whole"))}</div>
+        <div class="group">${this.tool(say("whole-lot"), "whole", () => this.showWhole())}</div>
       </div>
       <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${(["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
       ${stall ? this.card(stall) : nothing}
@@ -86,7 +90,7 @@ export class SurveyMap extends LitElement {
     this.map ??= this.make();
     if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour();
     if (changed.has("source")) this.showSource(this.map, changed.get("source") ?? null);
-    this.map.setScene({ ...EMPTY_SCENE, selected: this.chosenStall() ?? null });
+    this.map.setScene({ ...this.scene, selected: this.chosenStall() ?? null });
     this.placeMarks();
   }
 
@@ -104,14 +108,21 @@ export class SurveyMap extends LitElement {
     const { store } = this;
     store.stalls.clear();
     for (const stall of source?.stalls ?? []) store.stalls.set(stall.id, stall);
-    if (source?.ground) {
+    if (before !== null && source?.ground && before.ground && source.survey === before.survey) {
+      // its picture is there: a moment of a film follows another one
+    } else if (source?.ground) {
       const { survey, ground } = source;
       map.showGround(({ row, column }) => `${API}/surveys/${survey}/ground/${row}/${column}`, ground.place, ground.tiles.map(([row, column]) => ({ row, column })));
     } else map.showGround(() => "", { north: 0, east: 0, turn: 0 }, []);
     map.apply({ reset: false, stalls: [...store.stalls.keys()], removed: (before?.stalls ?? []).map(({ id }) => id).filter((id) => !store.stalls.has(id)), tiles: [], pictures: [] }, store);
     map.showLabels(source?.rows ?? []);
     const isSame = before !== null && source !== null && before.plane.origin.Latitude === source.plane.origin.Latitude;
-    if (!isSame) map.look("whole");
+    if (!isSame) this.showWhole();
+  }
+
+  private showWhole(): void {
+    if (this.extent) this.map?.fit(this.extent);
+    else this.map?.look("whole");
   }
 
   private chosenStall(): Stall | undefined {

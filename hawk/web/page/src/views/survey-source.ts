@@ -31,13 +31,22 @@ type Ring = [number, number][];
 
 /** A survey with its ground; null where it has neither a stall nor a picture. `ground`: null where none is shown. */
 export function onMap(survey: string, { features }: Features, ground: SurveyGround | null): SurveyOnMap | null {
-  const shapes = features.filter((each) => each.properties.amenity !== "parking" && each.geometry.type === "Polygon");
+  const shapes = shapesOf(features);
   const first = (shapes[0]?.geometry.coordinates as Ring[] | undefined)?.[0]?.[0];
   const origin = ground ? { Latitude: ground.datum[0], Longitude: ground.datum[1] } : first && { Latitude: first[1], Longitude: first[0] };
   if (!origin) return null;
   const plane = new LocalPlane(origin);
-  const stalls = shapes.map((each, index) => stallOf(each, index, plane));
+  const stalls = stallsOf(features, plane);
   return { survey, plane, stalls, ids: shapes.map(({ id }) => id), rows: rowMarks(stalls), ground };
+}
+
+/** The stalls among features, in metres about a plane's origin. */
+export function stallsOf(features: readonly Feature[], plane: LocalPlane): Stall[] {
+  return shapesOf(features).map((each, index) => stallOf(each, index, plane));
+}
+
+function shapesOf(features: readonly Feature[]): Feature[] {
+  return features.filter((each) => each.properties.amenity !== "parking" && each.geometry.type === "Polygon");
 }
 
 function stallOf({ geometry, properties }: Feature, id: number, plane: LocalPlane): Stall {

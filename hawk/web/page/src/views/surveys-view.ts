@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { SurveyUse, SurveysUse } from "../api.ts";
+import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
 import { partsOf } from "../plan/values.ts";
@@ -18,6 +18,7 @@ import { Asked, View, wordsOf } from "./view.ts";
 export class SurveysView extends View {
   private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<SurveyOnMap | null>(this);
+  private readonly films = new Asked<Recording[]>(this);
   /** Id of the survey whose deletion is asked about. */
   private asked = "";
 
@@ -25,7 +26,9 @@ export class SurveysView extends View {
     const { from, to, lot } = this.place;
     this.listed.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.surveys({ from, to }));
     const survey = this.chosen()?.id;
-    if (survey !== undefined) this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
+    if (survey === undefined) return;
+    this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
+    this.films.ask(survey, () => this.source.recordings(survey));
   }
 
   /** The survey that the address names; else the newest one that counts. */
@@ -73,8 +76,17 @@ export class SurveysView extends View {
         ${value === null ? nothing : rows(value)}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[say("archive-clock", { zone: this.listed.value?.clock ?? "" }), sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
+        ${this.recordings(row)}
         ${this.mayChange ? html`${this.actions(row)}<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
       </section>`;
+  }
+
+  /** Each flight of the survey can be watched again. */
+  private recordings(row: SurveyUse): TemplateResult | typeof nothing {
+    const found = (this.films.value ?? []).filter(({ lot }) => lot?.survey === row.id);
+    if (found.length === 0) return nothing;
+    const watch = (recording: string): void => this.go({ view: "recordings", survey: "", stall: "", show: "", recording, t: "" });
+    return html`<p>${found.map(({ name, began }) => html`<button class="small" @click=${() => watch(name)}>${say("film-watch", { when: began === null ? name : moment(began, this.listed.value?.clock) })}</button> `)}</p>`;
   }
 
   private actions(row: SurveyUse): TemplateResult {
