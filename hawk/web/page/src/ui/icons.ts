@@ -31,6 +31,8 @@ const PATHS = {
   measure: svg`<path d="M3.5 15.5l12-12 5 5-12 12zM7.5 11.5l2 2M10.5 8.5l3 3M13.5 5.5l2 2"/>`,
   layers: svg`<path d="M12 3.5L21.5 9 12 14.5 2.5 9zM3 13.5l9 5.5 9-5.5"/>`,
   left: svg`<path d="M15 5.5L8.5 12l6.5 6.5"/>`,
+  play: svg`<path d="M7 4.5v15l12.5-7.5z"/>`,
+  arrow: svg`<path d="M4 12h15M13.5 6.5L19 12l-5.5 5.5"/>`,
   next: svg`<path d="M9 5.5l6.5 6.5L9 18.5"/>`,
   globe: svg`<circle cx="12" cy="12" r="9"/><path d="M3 12h18M12 3c5 5 5 13 0 18M12 3c-5 5-5 13 0 18"/>`,
   help: svg`<circle cx="12" cy="12" r="9"/><path d="M9.2 9.3a2.9 2.9 0 1 1 4 2.7c-.9.4-1.2 1-1.2 2M12 17v.2"/>`,
