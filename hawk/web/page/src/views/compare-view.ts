@@ -27,6 +27,9 @@ export class CompareView extends View {
   private readonly named = { before: new Asked<SurveysUse | null>(this), after: new Asked<SurveysUse | null>(this) };
   private readonly maps = { before: new Asked<SurveyOnMap | null>(this), after: new Asked<SurveyOnMap | null>(this) };
   private readonly found = new Asked<Changed>(this);
+  /** Both surveys; those before stay until others are there, and the map with its place and zoom. */
+  private shown: Record<End, SurveyUse> | null = null;
+  private shownLot = "";
   private ids: readonly string[] = [];
   private shownOf: { changed: Changed | null; marked: ReadonlySet<string>; earlier: ReadonlyMap<string, string> } = { changed: null, marked: NO_STALLS, earlier: new Map() };
 
@@ -37,10 +40,16 @@ export class CompareView extends View {
       const id = this.place[end];
       this.named[end].ask(`${lot} ${id} ${this.revision}`, () => (id === "" ? Promise.resolve(null) : this.source.survey(id)));
     }
-    const pair = this.pair();
+    this.shown = this.pair() ?? (this.isWaiting() && this.shownLot === lot ? this.shown : null);
+    this.shownLot = lot;
+    const pair = this.shown;
     if (pair === null) return;
     for (const end of ENDS) this.maps[end].ask(`${lot} ${pair[end].id}`, () => this.source.onMap(pair[end].id));
     this.found.ask(`${pair.before.id} ${pair.after.id} ${this.revision}`, () => this.source.between(pair.before.id, pair.after.id));
+  }
+
+  private isWaiting(): boolean {
+    return ENDS.some((end) => this.place[end] !== "" && this.named[end].problem === "" && !this.named[end].value?.surveys.some(({ id }) => id === this.place[end]));
   }
 
   /** Those that the address names; else the newest two that count. The earlier one is before. */
@@ -59,9 +68,8 @@ export class CompareView extends View {
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     const { value } = this.newest;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
-    const pair = this.pair();
-    const isWaiting = ENDS.some((end) => this.place[end] !== "" && this.named[end].value === null);
-    if (pair === null && isWaiting) return html`<p>${say("archive-asking")}</p>`;
+    const pair = this.shown;
+    if (pair === null && this.isWaiting()) return html`<p>${say("archive-asking")}</p>`;
     if (pair === null) return html`<p>${say("archive-two-needed")}</p>`;
     const ids = ENDS.map((end) => pair[end].id);
     if (ids.join() !== this.ids.join()) this.ids = ids;
