@@ -49,7 +49,12 @@ export class CompareView extends View {
   }
 
   private isWaiting(): boolean {
-    return ENDS.some((end) => this.place[end] !== "" && this.named[end].problem === "" && !this.named[end].value?.surveys.some(({ id }) => id === this.place[end]));
+    return ENDS.some((end) => this.place[end] !== "" && this.named[end].waiting);
+  }
+
+  /** Whether the lot has no survey that the address names: it was deleted, or moved to another lot. */
+  private isGone(end: End): boolean {
+    return this.place[end] !== "" && !this.named[end].waiting && this.named[end].value?.surveys.length === 0;
   }
 
   /** Those that the address names; else the newest two that count. The earlier one is before. */
@@ -57,8 +62,8 @@ export class CompareView extends View {
     const newest = this.newest.value?.surveys ?? [];
     const counted = newest.filter((row) => row.left_out_code === "");
     const of = (end: End): SurveyUse | undefined => (this.place[end] === "" ? undefined : this.named[end].value?.surveys.find(({ id }) => id === this.place[end]));
-    const after = of("after") ?? (this.place.after === "" ? counted.find(({ id }) => id !== this.place.before) : undefined);
-    const before = of("before") ?? (this.place.before === "" ? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended)) : undefined);
+    const after = of("after") ?? (this.place.after === "" || this.isGone("after") ? counted.find(({ id }) => id !== this.place.before) : undefined);
+    const before = of("before") ?? (this.place.before === "" || this.isGone("before") ? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended)) : undefined);
     if (!before || !after) return null;
     return Date.parse(before.ended) <= Date.parse(after.ended) ? { before, after } : { before: after, after: before };
   }
@@ -106,6 +111,7 @@ export class CompareView extends View {
         (end) => html`<button aria-pressed=${end === this.end} @click=${() => (this.end = end)}><span class="sub">${say(`archive-${end}`)}</span> <b>${dayAndTime(pair[end].ended, clock)}</b></button>`,
       )}</div>
       <p class="sub hint">${say("compare-choose", { end: say(`archive-${this.end}`) })}</p>
+      ${ENDS.map((end) => (this.isGone(end) ? html`<p role="alert">${say("compare-end-gone", { end: say(`archive-${end}`) })}</p>` : nothing))}
       ${ENDS.map((end) => warning(pair[end]))} ${problems.map((problem) => html`<p role="alert">${problem}</p>`)}
       ${value === null ? nothing : this.summary(value, level)}
     </section>`;
@@ -144,7 +150,7 @@ export class CompareView extends View {
   override updated(): void {
     const pair = this.pair();
     const { before, after } = this.place;
-    if (pair && before !== "" && after !== "" && (pair.before.id !== before || pair.after.id !== after)) {
+    if (pair && !ENDS.some((end) => this.isGone(end)) && before !== "" && after !== "" && (pair.before.id !== before || pair.after.id !== after)) {
       this.end = this.end === "before" ? "after" : "before";
       this.go({ before: pair.before.id, after: pair.after.id });
     }

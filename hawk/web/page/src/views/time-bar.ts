@@ -277,7 +277,8 @@ export class TimeBar extends LitElement {
   }
 
   private play(): void {
-    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", survey: this.followed, stall: "" }, bubbles: true }));
+    const recording = this.film(this.followed)?.name;
+    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", recording, stall: "" }, bubbles: true }));
   }
 }
 
