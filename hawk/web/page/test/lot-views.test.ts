@@ -14,6 +14,7 @@ import { LotViews } from "../src/views/lot-views.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
 import { headline, interval, notCompared } from "../src/views/compare-words.ts";
 import { dayOf, daysOf, fitting, hoursOf, midnightsOf } from "../src/views/time-bar-days.ts";
+import type { TimeBar } from "../src/views/time-bar.ts";
 import { notes } from "../src/views/surveys-view.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
@@ -389,6 +390,28 @@ describe("lots over time", () => {
     await press("09:00 deleted. Bring back");
     await press("Bring back");
     assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
+  });
+
+  it("fill the bar by what is asked, and pale what does not count", async () => {
+    await open(`#/lots/${LOT}/${TWO}`);
+    const bar = archive.querySelector<TimeBar>("hawk-time-bar")!;
+    Object.assign(bar, { marked: new Set([TWO]), shares: new Map([[TWO, 0.25]]) });
+    await drawn();
+    const ticks = [...bar.querySelectorAll<HTMLElement>("button.tick")].map((tick) => [tick.dataset.surveys, tick.classList.contains("pale"), tick.style.getPropertyValue("--full"), tick.title]);
+    assert.deepEqual(ticks, [[ONE, true, "0%", "10:00, no figure uses it"], [TWO, false, "25%", "12:00, Occupancy 25 %"]]);
+  });
+
+  it("play the recording of a survey, where there is one", async () => {
+    answers["/recordings"] = { next: null, items: [{ name: "20260504T115000Z.mcap", bytes: 1, began: "2026-05-04T11:50:00Z", seconds: 900, survey: null, lot: { id: LOT, name: "North" }, keep: false, under_way: false }] };
+    await open(`#/lots/${LOT}/${ONE}`);
+    const play = (): HTMLButtonElement => [...archive.querySelectorAll<HTMLButtonElement>(".steps button")].find((each) => each.ariaLabel === "Play the flight" || each.getAttribute("aria-label") === "Play the flight")!;
+    assert.equal(play().disabled, true, "it was not recorded");
+    route.go({ survey: TWO });
+    await drawn();
+    assert.equal(play().disabled, false);
+    archive.querySelector(".tick.on")?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true, cancelable: true }));
+    await drawn();
+    assert.match(hash, new RegExp(`^#/recordings/${LOT}`));
   });
 
   it("go from survey to survey by arrows, beyond the days that are shown", async () => {

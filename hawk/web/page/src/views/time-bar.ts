@@ -164,7 +164,7 @@ export class TimeBar extends LitElement {
     const isToday = now >= date && now < date + DAY_MS;
     const deleted = (this.deleted.value ?? []).map((each) => ({ ...each, clock: onClock(each.ended, this.zone) })).filter(({ clock }) => clock >= date && clock < date + DAY_MS);
     const isEmpty = isKnown && ticks.length === 0 && deleted.length === 0 && date + DAY_MS <= now;
-    const words = dayWords(date, dayWidth < NAME_PX ? { day: "numeric" } : { weekday: "short", day: "numeric", ...(dayWidth < HOURS_PX ? {} : { month: "short" }) });
+    const words = dayWords(date, dayWidth < NAME_PX ? { day: "numeric", ...(new Date(date).getUTCDate() === 1 ? { month: "short" } : {}) } : { weekday: "short", day: "numeric", ...(dayWidth < HOURS_PX ? {} : { month: "short" }) });
     const name = isToday && dayWidth >= TODAY_PX ? say("time-bar-today", { day: words }) : words;
     const left = (clock: number): DirectiveResult => atPx(leftOf(clock, hours, dayWidth));
     return html`<li class="${isEmpty ? "none" : ""} ${isToday ? "today" : ""}"><b>${name}</b>
