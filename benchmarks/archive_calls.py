@@ -136,7 +136,8 @@ def api_calls(connection: Connection, lot: str) -> Iterator[tuple[str, Callable[
         ("observations of a survey", reads.observations_of_survey, {"id": surveys[middle]}, forms.Listed(**most)),
         ("statistics", reads.statistics, {"id": lot}, forms.Statistics(by="row")),
         ("a question about mornings", reads.ask, {"id": lot}, forms.UseQuery(weekday="mon-fri", hour="7-11")),
-        ("surveys with their shares", reads.surveys_use, {"id": lot}, forms.Period()),
+        ("surveys with their shares", reads.surveys_use, {"id": lot}, forms.SurveysOf()),
+        ("newest surveys with their shares", reads.surveys_use, {"id": lot}, forms.SurveysOf(newest=8)),
         ("stalls with their shares", reads.stalls_use, {"id": lot}, forms.Period()),
         ("survey with its stalls", reads.survey_stalls, {"id": lot, "survey": surveys[middle]}, Query()),
         ("changes", reads.changes, {}, forms.Changes(**most)),
@@ -166,11 +167,10 @@ def calls(lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
         for by in (None, *PARTITIONS):
             yield f"{by or 'lot'}, {name}", lambda c, p=period, b=by: statistics(c, lot, p, b)  # type: ignore[misc]
     before, after = (f"{number:08d}-0000-4000-8000-000000000000" for number in (100, 103))
-    day = Period(_moment(25), _moment(26), UTC, "UTC")
     ever = Period(None, None, UTC, "UTC")
     yield "surveys, all", lambda connection: surveys_use(connection, lot, ever)
     yield "heat, all", lambda connection: stalls_use(connection, lot, ever)
-    yield "changes, day", lambda connection: changes(connection, lot, before, after, day)
+    yield "changes", lambda connection: changes(connection, lot, before, after)
 
 
 def _moment(day: int | None) -> float | None:

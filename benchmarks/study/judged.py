@@ -142,7 +142,7 @@ def _changed(panel: Panel, real: Bools) -> tuple[int, int, int]:
     right = false = missed = 0
     number = {stall.id: k for k, stall in enumerate(panel.stalls)}
     for k in range(len(panel.surveys) - 1):
-        called = {number[each.id] for each in changes_between(panel, k, k + 1).stalls}
+        called = {number[each.id] for each in changes_between(panel, k, k + 1).stalls if each.chance is not None}
         true = set(np.flatnonzero(real[k] != real[k + 1]).tolist())
         right, false, missed = right + len(called & true), false + len(called - true), missed + len(true - called)
     return right, false, missed

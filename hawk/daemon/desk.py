@@ -12,6 +12,7 @@ import secrets
 import signal
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
@@ -26,6 +27,7 @@ from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, serve
 from hawk.daemon.lots.keeper import find_stalls
+from hawk.daemon.lots.schedule import moments_due
 from hawk.daemon.start_checks import check_background
 from hawk.lots.change_detection.comparison import placed_surveys
 from hawk.lots.ingest import lot_places
@@ -156,6 +158,7 @@ async def _serve_page(
             is_desk=True,
             settings=settings(config, reference_text()),
             lots=store,
+            due=partial(moments_due, config.schedule),
             recordings=recordings,
             cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),
             folder=None if store is None else folder,

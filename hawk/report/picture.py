@@ -19,11 +19,11 @@ from hawk.exports.ground import Ground, corners_of, ground_of, on_paper
 from hawk.exports.records import read_survey
 from hawk.exports.values import ExportRecord
 from hawk.lots import lists
-from hawk.lots.labels import numbered, reading_order
 from hawk.lots.registration.frames import Move
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import LotStoreError
 from hawk.report.values import DrawnRow, DrawnStall, DrawnZone, LotPicture, Newest, Note, Point
+from hawk.results.label_parts import numbered, reading_order
 from hawk.stats.answers import SurveyUse
 
 _LOG = logging.getLogger(__name__)

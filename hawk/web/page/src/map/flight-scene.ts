@@ -35,6 +35,8 @@ export interface Scene {
   /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
   lost: { reach: number } | null;
   selected: Rectangle | null;
+  /** Stalls that are framed: those that changed. */
+  marked: readonly Rectangle[];
   measured: MeasureMark | null;
   /** What the camera has seen: the rest is pale; null where nothing is. */
   seen: readonly (readonly Point[])[] | null;
@@ -60,6 +62,7 @@ export const EMPTY_SCENE: Scene = {
   plannedRoute: [],
   lost: null,
   selected: null,
+  marked: [],
   measured: null,
   seen: null,
   unseen: [],

@@ -5,7 +5,7 @@ import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
 import { type Coordinate, type Extent, extentOf, type Rectangle } from "../map/geometry.ts";
 import type { Point } from "../protocol.ts";
 import type { Stall } from "../state/map-store.ts";
-import { type Feature, type Features, onMap, stallsOf, type SurveyOnMap } from "../views/survey-source.ts";
+import { type Feature, type Features, onMap, planeOf, stallsOf, type SurveyOnMap } from "../views/survey-source.ts";
 import { type Instant, seenBy, trailBy } from "./film.ts";
 
 /** A stall in another survey or plan is the same one where their middles are no farther apart, metres. */
@@ -25,8 +25,9 @@ export interface Outcome {
 /** The stalls that a flight was to find or has found, in the frame of its film; those of the plan where nothing was stored. */
 export function expected(film: Film, outcome: Outcome | null): Expected[] {
   const { datum, plan } = film;
-  const found = outcome === null || datum === null ? null : onMap(outcome.survey, outcome.features, outcome.ground);
-  if (!found || !outcome || !datum) return plan;
+  const plane = outcome && planeOf(outcome.features, outcome.ground);
+  if (!plane || !datum) return plan;
+  const found = onMap(outcome.survey, outcome.features, outcome.ground, plane);
   const { north = 0, east = 0, turn = 0 } = outcome.ground?.place ?? {};
   const shift = outcome.ground ? { North: 0, East: 0 } : new LocalPlane(degrees(datum)).toMap(found.plane.origin);
   const [sine, cosine] = [Math.sin(turn), Math.cos(turn)];

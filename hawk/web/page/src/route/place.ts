@@ -1,5 +1,6 @@
 export const VIEWS = ["fly", "lots", "compare", "report", "recordings"] as const;
 export type ViewName = (typeof VIEWS)[number];
+export const BY = ["swipe", "fade", "side"] as const;
 export const SHOWN = ["stalls", "figures", "links"] as const;
 
 /** What the page shows, as it stands behind the address's "#": a link leads there, and "back" goes back. */
@@ -16,13 +17,16 @@ export interface Place {
   /** Days, as 2026-05-04; "" without that end. */
   from: string;
   to: string;
+  /** How two surveys are compared, and how much of the later one is shown, 0 to 1; "" as the view begins. */
+  by: "" | (typeof BY)[number];
+  at: string;
   /** "1": the report is of every lot, a page each. */
   every: "" | "1";
   /** A part of the view beside what it shows first. */
   show: "" | (typeof SHOWN)[number];
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", recording: "", t: "", from: "", to: "", every: "", show: "" };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", recording: "", t: "", from: "", to: "", by: "", at: "", every: "", show: "" };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
 const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after" | "recording")[]>> = {
   fly: ["lot"],
@@ -34,6 +38,7 @@ const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "
 const DAY = /^\d{4}-\d{2}-\d{2}$/;
 const RECORDING = /^[0-9TZ-]{16,24}\.mcap$/;
 const SECONDS = /^\d{1,6}(\.\d)?$/;
+const SHARE = /^(0|1|\.\d{1,3})$/;
 const ID = /^[0-9a-f-]{36}$/;
 
 /** The place that an address names; what cannot be read is left out. */
@@ -49,6 +54,8 @@ export function placeOf(hash: string): Place {
   place.from = read(given.get("from"), DAY);
   place.to = read(given.get("to"), DAY);
   if (given.get("every") === "1") place.every = "1";
+  place.by = BY.find((each) => each === given.get("by")) ?? "";
+  place.at = read(given.get("at"), SHARE);
   place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
   return place;
 }
@@ -59,9 +66,9 @@ function read(value: string | null | undefined, pattern: RegExp): string {
 
 /** The address of a place, with what differs from none. */
 export function hashOf(place: Place): string {
-  const { stall, t, from, to, every, show } = place;
+  const { stall, t, from, to, by, at, every, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
-  const given = Object.entries({ stall, t, from, to, every, show }).filter(([, value]) => value !== "");
+  const given = Object.entries({ stall, t, from, to, by, at, every, show }).filter(([, value]) => value !== "");
   const search = new URLSearchParams(given).toString();
   return `#/${path}${search && `?${search}`}`;
 }

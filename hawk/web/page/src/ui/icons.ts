@@ -33,6 +33,7 @@ const PATHS = {
   play: svg`<path d="M7 4.5v15l12-7.5z" fill="currentColor"/>`,
   pause: svg`<path d="M8 5v14M16 5v14"/>`,
   left: svg`<path d="M15 5.5L8.5 12l6.5 6.5"/>`,
+  arrow: svg`<path d="M4 12h15M13.5 6.5L19 12l-5.5 5.5"/>`,
   next: svg`<path d="M9 5.5l6.5 6.5L9 18.5"/>`,
   globe: svg`<circle cx="12" cy="12" r="9"/><path d="M3 12h18M12 3c5 5 5 13 0 18M12 3c-5 5-5 13 0 18"/>`,
   help: svg`<circle cx="12" cy="12" r="9"/><path d="M9.2 9.3a2.9 2.9 0 1 1 4 2.7c-.9.4-1.2 1-1.2 2M12 17v.2"/>`,

@@ -1,6 +1,6 @@
 import type { Bracket, Estimate } from "../api.ts";
-import { number, say } from "../words/say.ts";
-import { onClock } from "./time-bar-days.ts";
+import { language, number, say } from "../words/say.ts";
+import { clockWords, onClock } from "./time-bar-days.ts";
 
 const NONE = "–";
 
@@ -28,6 +28,20 @@ export function bracket({ low, high }: Bracket, decimals = 0): string {
 export function moment(iso: string, zone?: string): string {
   if (Number.isNaN(Date.parse(iso))) return NONE;
   return new Date(onClock(iso, zone)).toISOString().slice(0, 16).replace("T", " ");
+}
+
+/** A day in the order in which people of the language write it; English as the British do: the day, then the month. */
+export function dayWords(clock: number, parts: Intl.DateTimeFormatOptions): string {
+  const name = language();
+  return new Date(clock).toLocaleDateString(name === "en" ? "en-GB" : name, { ...parts, timeZone: "UTC" }).replace(/^(\p{L}+\.?), /u, "$1 ");
+}
+
+/** The same for people: Mon 4 May, 10:02; with the year where it is another one than now. */
+export function dayAndTime(iso: string, zone?: string): string {
+  const clock = onClock(iso, zone);
+  const isThisYear = new Date(clock).getUTCFullYear() === new Date().getUTCFullYear();
+  const day = dayWords(clock, { weekday: "short", day: "numeric", month: "short", ...(isThisYear ? {} : { year: "numeric" }) });
+  return say("compare-day-time", { day, time: clockWords(clock) });
 }
 
 /** The class of a share of looks, 0 to 4, by which a stall is coloured; -1 without looks. */
