@@ -2,7 +2,7 @@ import "./dom.ts";
 import "./no-drawing.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
-import { amount, bracket, heatClass, moment, share } from "../src/views/figures.ts";
+import { amount, heatClass, moment, share } from "../src/views/figures.ts";
 import { groundOf, originOf, pathOf, stallAt } from "../src/views/ground.ts";
 import type { SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
@@ -42,14 +42,14 @@ const FEATURES = {
 
 describe("the place that the address names", () => {
   it("is written as it was read", () => {
-    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?every=1`, "#/recordings", `#/fly/${LOT}`]) {
+    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
       assert.equal(hashOf(placeOf(address)), address);
     }
     assert.equal(placeOf(`#/compare/${LOT}/${ONE}/${TWO}`).after, TWO);
   });
 
   it("leaves out what is none, and begins at Fly", () => {
-    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all"), placeOf(""));
+    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&part=B&days=monday&hours=noon"), placeOf(""));
     assert.equal(hashOf(placeOf("")), "#/fly");
     assert.equal(placeOf("#/lots/<b>").lot, "");
   });
@@ -105,13 +105,6 @@ describe("figures in words", () => {
     assert.equal(share(HALF), "50.0 % (40.0 to 60.0 %)");
     assert.equal(amount({ value: 12, low: 10, high: 14.4, surveys: 1 }), "12 (10 to 14)");
     assert.deepEqual([share(NONE), amount(NONE)], ["–", "–"]);
-  });
-
-  it("are a bracket whose end may be open", () => {
-    assert.equal(bracket({ low: 3, high: 5 }), "3 to 5");
-    assert.equal(bracket({ low: 3, high: null }), "3 or more");
-    assert.equal(bracket({ low: null, high: 5.25 }, 1), "5.3 or less");
-    assert.equal(bracket({ low: null, high: null }), "–");
   });
 
   it("are coloured by fifths, and not at all without a look", () => {
@@ -310,35 +303,16 @@ describe("lots over time", () => {
     assert.match(words(archive), /Two surveys that count are needed/);
   });
 
-  it("name the pictures of a survey in the report's method", async () => {
-    const row = survey(ONE, "2026-05-04T10:00:00Z", { source: "photographs", source_name: "yard" });
-    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [row] };
-    answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
-    await open(`#/report/${LOT}`);
-    assert.match(words(archive), /From photographs \(yard\), [^.]+\. A program determined/);
-    assert.doesNotMatch(words(archive), /[Ff]lown|flew|A drone photographed/);
-  });
-
-  it("print the report of every lot, a page each, where there are several", async () => {
-    answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
-    await open(`#/report/${LOT}`);
-    assert.equal(archive.querySelector("input[type=checkbox]"), null);
-    await open(`#/report/${LOT}`, { lots: [{ id: LOT, name: "North" }, { id: STALL, name: "South" }] });
-    assert.equal(archive.querySelectorAll("article").length, 1);
-    const box = archive.querySelector<HTMLInputElement>("input[type=checkbox]")!;
-    box.checked = true;
-    box.dispatchEvent(new Event("change", { bubbles: true }));
-    await drawn();
-    assert.equal(archive.querySelectorAll("article").length, 2);
-    assert.match(hash, /every=1/);
-    assert.ok(reads.includes(`api/v1/lots/${STALL}/statistics`));
-  });
-
   it("show a stall's share and its last looks", async () => {
     await open(`#/lots/${LOT}?show=stalls&stall=${STALL}`);
     assert.match(words(archive), /surveys that saw it in which it was taken: 50\.0 % \(20\.0 to 80\.0 %\)/);
     assert.match(words(archive), /taken · probability of taken 97 %/);
-    assert.equal(archive.querySelectorAll("archive-plan path.heat2").length, 1);
+    const map = archive.querySelector<SurveyMap>("hawk-survey-map");
+    assert.ok(map?.source);
+    assert.deepEqual(map.source.stalls.map(({ label, state, heat }) => [label, state, heat]), [["A 1", "free", 2], ["A 2", "unknown", undefined]], "who was never seen has no colour");
+    assert.match(map.known, /50\.0 % \(20\.0 to 80\.0 %\)/);
+    await press("A 2");
+    assert.match(hash, new RegExp(`stall=${TWO}`));
   });
 
   it("make a link that is shown once, and take one back", async () => {

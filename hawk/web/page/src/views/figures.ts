@@ -1,4 +1,4 @@
-import type { Bracket, Estimate } from "../api.ts";
+import type { Estimate } from "../api.ts";
 import { number, say } from "../words/say.ts";
 import { onClock } from "./time-bar-days.ts";
 
@@ -14,14 +14,6 @@ export function share({ value, low, high }: Estimate): string {
 export function amount({ value, low, high }: Estimate): string {
   if (value === null || low === null || high === null) return NONE;
   return say("archive-amount", { value: number(value), low: number(low), high: number(high) });
-}
-
-/** A bracket; an end that is not known is said to be so. */
-export function bracket({ low, high }: Bracket, decimals = 0): string {
-  if (low === null && high === null) return NONE;
-  if (high === null) return say("archive-or-more", { value: number(low ?? 0, decimals) });
-  if (low === null) return say("archive-or-less", { value: number(high, decimals) });
-  return say("archive-from-to", { low: number(low, decimals), high: number(high, decimals) });
 }
 
 /** Day and time on the clock of a lot: 2026-05-04 10:30; without a time zone on the browser's. */

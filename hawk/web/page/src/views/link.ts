@@ -1,5 +1,7 @@
-import type { Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
-import { API, orNull, type Part, query, read } from "../link/api.ts";
+import type { AskedUse, Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
+import { API, orNull, type Part, query, read, readByLink } from "../link/api.ts";
+import type { Place } from "../route/place.ts";
+import { askedOf } from "./question.ts";
 import { type Features, onMap, type SurveyOnMap } from "./survey-source.ts";
 
 /** Days of the period, as 2026-05-04; "" without that end. */
@@ -15,7 +17,7 @@ const LOOKS_SHOWN = 30;
 /** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
 export class LotSource {
   readonly base: string;
-  private readonly isShared: boolean;
+  readonly isShared: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
 
@@ -36,6 +38,11 @@ export class LotSource {
 
   statistics(period: Period, by = ""): Promise<Figures> {
     return this.once(`statistics${query({ ...period, by })}`);
+  }
+
+  /** The answer to what the address asks. */
+  asked(place: Place): Promise<AskedUse> {
+    return this.once(`statistics/ask${query(askedOf(place))}`);
   }
 
   heat(period: Period): Promise<StallsUse> {
@@ -70,7 +77,7 @@ export class LotSource {
     const now = this.now();
     const found = this.kept.get(address);
     if (found && now - found.at < KEPT_MS) return found.answer as Promise<T>;
-    const answer = read<T>(address);
+    const answer = this.isShared ? readByLink<T>(address) : read<T>(address);
     this.kept.set(address, { at: now, answer });
     answer.catch(() => this.kept.delete(address));
     return answer;

@@ -30,6 +30,10 @@ export class SurveyMap extends LitElement {
   @property() label = "";
   /** Another one where the theme is another one. */
   @property() theme = "";
+  /** What is known of the chosen stall, in place of how sure its state is. */
+  @property() known = "";
+  /** What the colours mean, in place of the states. */
+  @property({ attribute: false }) legend: TemplateResult | null = null;
   @query(".ol") private holder!: HTMLElement;
   @query("canvas.crop") private crop!: HTMLCanvasElement | null;
   @state() private metres = "";
@@ -59,7 +63,7 @@ export class SurveyMap extends LitElement {
         <div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
         <div class="group">${this.tool(say("whole-lot"), "whole", () => this.map?.look("whole"))}</div>
       </div>
-      <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${(["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
+      <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
       ${stall ? this.card(stall) : nothing}
     </section>`;
   }
@@ -75,8 +79,8 @@ export class SurveyMap extends LitElement {
       <div>
         <button class="plain close" aria-label=${say("close")} @click=${() => this.choose("")}>${icon("close")}</button>
         <div class="h">${say("archive-stall-of", { label: stall.label })}</div>
-        <div class="kind">${swatch(stall.state)} ${capital(likelihood(stall))}</div>
-        <div class="sub">${sure}</div>
+        ${this.known === "" ? html`<div class="kind">${swatch(stall.state)} ${capital(likelihood(stall))}</div>
+        <div class="sub">${sure}</div>` : html`<div class="sub">${this.known}</div>`}
       </div>
     </div>`;
   }
