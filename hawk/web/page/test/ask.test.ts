@@ -152,7 +152,7 @@ describe("Report", () => {
     assert.match(words(views.querySelector(".question p")!), /How full is Row B on Mon–Fri between 7–11 in May 2026\s*\?/);
     assert.match(words(views.querySelector(".answer")!), /90 % taken80 to 95 %, 9 times in 10/);
     const rows = [...views.querySelectorAll(".figures tr")].map(words);
-    assert.deepEqual(rows.slice(1), ["Mon8:00–9:00286 %76 to 91 %", "Mon10:00–11:00295 %85 to 100 %", "All, each surveyed hour once490 %80 to 95 %"]);
+    assert.deepEqual(rows.slice(1), ["Mon8:00–9:00286 %76 to 91 %", "Mon10:00–11:00295 %85 to 100 %", "All, each survey once490 %80 to 95 %"]);
     assert.match(words(views), /Other rows, same hours: A 30 % hawk-drone stats 'Market Street' --row B/);
   });
 
@@ -272,7 +272,7 @@ describe("a link", () => {
   it("that has ended says so in the reader's language, and leads nowhere", async () => {
     const ended = (): Response => refusal(404, "this link has ended, or was taken back", { field: "token" });
     const made = await guest(ended);
-    assert.match(words(made), /This link has ended, or was taken back\. Ask for another one/);
+    assert.match(words(made), /This link has ended, or was taken back\. Ask the person/);
     assert.equal(made.querySelectorAll("nav a").length, 0);
     await inFrench(async () => assert.match(words(await guest(ended)), /Ce lien a pris fin ou a été repris/));
   });

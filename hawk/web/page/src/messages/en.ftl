@@ -547,11 +547,10 @@ lot-surveys =
 # $when: a day
 lot-seen = · last seen { $when }
 clock-of = { $city } time
-lot-by-clock = { $when } · { $clock }
 lot-clock = Clock
 lot-clock-of-place = That of its place
 link-shows-nothing = This link shows nothing
-link-ended = This link has ended, or was taken back. Ask for another one whoever sent it to you.
+link-ended = This link has ended, or was taken back. Ask the person who sent it for another one.
 link-too-often = Too many wrong links came from your network. Wait a minute, then load the page again.
 rename = Name and clock
 survey-files-of = Files of the newest survey of { $name }
@@ -1309,7 +1308,6 @@ time-bar-more =
         [one] and one more
        *[other] and { $count } more
     }
-archive-clock = Times are those of { $zone }
 changes = Changes
 change-delete = Survey deleted
 change-merge = Another lot merged into this one
@@ -1445,8 +1443,6 @@ ask-month-surveys =
        *[other] { $month }, { $surveys } surveys
     }
 ask-taken = { $value } % taken
-ask-share = { $value } %
-ask-interval = { $low } to { $high } %, { $times } times in 10
 ask-low-high = { $low } to { $high } %
 ask-stalls =
     { $exact ->
@@ -1485,13 +1481,10 @@ ask-surveys =
        *[other] { $surveys } surveys
     }
 ask-figures = The figures behind it
-ask-column-surveys = surveys
-ask-column-taken = taken
-ask-column-interval = { $times } times in 10
-ask-all = All, each surveyed hour once
+ask-times = { $times } times in 10
+ask-all = All, each survey once
 ask-elsewhere = The same, elsewhere
 ask-other-rows = Other rows, same hours:
-ask-other-row = { $row } { $value } %
 ask-command = In a terminal
 ask-copy-command = Copy the line
 ask-copy-address = Copy the address of this question
@@ -1526,7 +1519,7 @@ archive-delete = Delete
 archive-delete-of = Delete the recording of { $when }
 archive-delete-surely = Delete for good
 archive-delete-surely-of = Delete the recording of { $when } for good
-archive-links-note = A link shows this lot to everyone who has it, without a login: surveys, figures and report. It shows no picture, no recording and no operator. It ends by itself, and can be taken back.
+archive-links-note = A link shows this lot to everyone who has it, without a login: every survey, those to come too, with counts, stalls, figures and report. It shows no recording, no operator and no other lot, and changes nothing. It ends by itself, and can be taken back.
 archive-link-days = Days
 archive-make-link = Make a link
 archive-link = Link

@@ -547,7 +547,6 @@ lot-surveys =
 # $when: a day
 lot-seen = · vu le { $when }
 clock-of = heure : { $city }
-lot-by-clock = { $when } · { $clock }
 lot-clock = Heure
 lot-clock-of-place = Celle de son lieu
 link-shows-nothing = Ce lien ne montre rien
@@ -1289,7 +1288,6 @@ time-bar-more =
         [one] et un autre
        *[other] et { $count } autres
     }
-archive-clock = Les heures sont celles de { $zone }
 changes = Modifications
 change-delete = Relevé supprimé
 change-merge = Un autre parking fusionné avec celui-ci
@@ -1423,8 +1421,6 @@ ask-month-surveys =
        *[other] { $month }, { $surveys } relevés
     }
 ask-taken = { $value } % occupé
-ask-share = { $value } %
-ask-interval = { $low } à { $high } %, { $times } fois sur 10
 ask-low-high = { $low } à { $high } %
 ask-stalls =
     { $exact ->
@@ -1463,13 +1459,10 @@ ask-surveys =
        *[other] { $surveys } relevés
     }
 ask-figures = Les chiffres derrière
-ask-column-surveys = relevés
-ask-column-taken = occupé
-ask-column-interval = { $times } fois sur 10
-ask-all = Tout, chaque heure relevée une fois
+ask-times = { $times } fois sur 10
+ask-all = Tout, chaque relevé une fois
 ask-elsewhere = La même chose, ailleurs
 ask-other-rows = Autres rangées, mêmes heures :
-ask-other-row = { $row } { $value } %
 ask-command = Dans un terminal
 ask-copy-command = Copier la ligne
 ask-copy-address = Copier l'adresse de cette question
@@ -1504,7 +1497,7 @@ archive-delete = Supprimer
 archive-delete-of = Supprimer l'enregistrement du { $when }
 archive-delete-surely = Supprimer pour de bon
 archive-delete-surely-of = Supprimer pour de bon l'enregistrement du { $when }
-archive-links-note = Un lien montre ce parking à tous ceux qui l'ont, sans connexion : relevés, chiffres et rapport. Il ne montre ni photo, ni enregistrement, ni opérateur. Il finit de lui-même, et peut être repris.
+archive-links-note = Un lien montre ce parking à tous ceux qui l'ont, sans connexion : chaque relevé, ceux à venir aussi, avec comptes, places, chiffres et rapport. Il ne montre ni enregistrement, ni opérateur, ni autre parking, et ne change rien. Il finit de lui-même, et peut être repris.
 archive-link-days = Jours
 archive-make-link = Créer un lien
 archive-link = Lien

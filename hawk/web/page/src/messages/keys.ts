@@ -342,7 +342,6 @@ export interface Messages {
   "lot-surveys": { surveys: number };
   "lot-seen": { when: string | number };
   "clock-of": { city: string | number };
-  "lot-by-clock": { when: string | number; clock: string | number };
   "lot-clock": Record<string, never>;
   "lot-clock-of-place": Record<string, never>;
   "link-shows-nothing": Record<string, never>;
@@ -825,7 +824,6 @@ export interface Messages {
   "time-bar-after": Record<string, never>;
   "time-bar-not-counted": Record<string, never>;
   "time-bar-more": { count: number };
-  "archive-clock": { zone: string | number };
   "changes": Record<string, never>;
   "change-delete": Record<string, never>;
   "change-merge": Record<string, never>;
@@ -932,8 +930,6 @@ export interface Messages {
   "ask-dates": { first: string | number; last: string | number };
   "ask-month-surveys": { surveys: number; month: string | number };
   "ask-taken": { value: string | number };
-  "ask-share": { value: string | number };
-  "ask-interval": { low: string | number; high: string | number; times: string | number };
   "ask-low-high": { low: string | number; high: string | number };
   "ask-stalls": { exact: "yes" | "no"; low: string | number; stalls: string | number; high: string | number };
   "ask-ends": { fullDay: string | number; fullHour: string | number; full: string | number; emptyDay: string | number; emptyHour: string | number; empty: string | number };
@@ -954,13 +950,10 @@ export interface Messages {
   "ask-cell-flown": { surveys: number; value: string | number; low: string | number; high: string | number };
   "ask-surveys": { surveys: number };
   "ask-figures": Record<string, never>;
-  "ask-column-surveys": Record<string, never>;
-  "ask-column-taken": Record<string, never>;
-  "ask-column-interval": { times: string | number };
+  "ask-times": { times: string | number };
   "ask-all": Record<string, never>;
   "ask-elsewhere": Record<string, never>;
   "ask-other-rows": Record<string, never>;
-  "ask-other-row": { row: string | number; value: string | number };
   "ask-command": Record<string, never>;
   "ask-copy-command": Record<string, never>;
   "ask-copy-address": Record<string, never>;

@@ -61,11 +61,11 @@ export class TopBar extends LitElement {
   }
 }
 
-/** When the newest survey was, where that is shown; how many there are; whose clock it is. */
-function about({ last_survey: last, survey_count: surveys, time_zone: zone }: BarLot, { view, survey }: Place): string {
+/** When the newest survey was, where that is shown; how many there are elsewhere; whose clock it is, also where there is little room. */
+function about({ last_survey: last, survey_count: surveys, time_zone: zone }: BarLot, { view, survey }: Place): TemplateResult {
   const isShown = view === "lots" && last !== null && (survey === "" || survey === last.id);
   const when = isShown ? timeOnClock(last.ended, zone, { weekday: "short", day: "numeric", month: "short", hour: "numeric", minute: "2-digit" }) : say("lot-surveys", { surveys });
-  return say("lot-by-clock", { when, clock: clockWords(zone) });
+  return html`<span class="when">${when} · </span>${clockWords(zone)}`;
 }
 
 /** Links to the views of a lot. */

@@ -2,6 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { AskedUse, Estimate, Figures, SurveysUse } from "../api.ts";
 import { icon } from "../ui/icons.ts";
+import { percent } from "../words/format.ts";
 import { capital, language, number, say } from "../words/say.ts";
 import "./ask-heat.ts";
 import { type Chosen, heatLegend } from "./ask-heat.ts";
@@ -124,7 +125,7 @@ export class AskView extends View {
     const times = number(10 * value.interval);
     return html`<section class="card figures"><h2>${say("ask-figures")}</h2>
       <div class="wide" tabindex="0" role="region" aria-label=${say("ask-figures")}><table>
-        <thead><tr><th scope="col" colspan="2">${say("archive-when")}</th><th scope="col">${say("ask-column-surveys")}</th><th scope="col">${say("ask-column-taken")}</th><th scope="col">${say("ask-column-interval", { times })}</th></tr></thead>
+        <thead><tr><th scope="col" colspan="2">${say("archive-when")}</th><th scope="col">${say("archive-surveys")}</th><th scope="col">${say("archive-taken")}</th><th scope="col">${say("ask-times", { times })}</th></tr></thead>
         <tbody>${rows.map(({ day, hour, occupancy }, k) => {
           const isSame = rows[k - 1]?.day === day;
           return html`<tr class=${isSame ? "same" : ""}><th scope="row"><span class=${isSame ? "unseen" : ""}>${dayName(day, "short")}</span></th><td>${hourWords(hour)}</td>${shareCells(occupancy)}</tr>`;
@@ -140,7 +141,7 @@ export class AskView extends View {
     if (command === "" && others.length === 0) return nothing;
     const kept = this.place.parts.filter((part) => !part.startsWith("row."));
     return html`<h2>${say("ask-elsewhere")}</h2>
-      ${others.length === 0 ? nothing : html`<p class="others">${say("ask-other-rows")} ${others.map(({ row, occupancy }) => html`<button class="small" @click=${() => this.go({ parts: [`row.${row}`, ...kept] })}>${say("ask-other-row", { row, value: percentOf(occupancy.value) })}</button>`)}</p>`}
+      ${others.length === 0 ? nothing : html`<p class="others">${say("ask-other-rows")} ${others.map(({ row, occupancy }) => html`<button class="small" @click=${() => this.go({ parts: [`row.${row}`, ...kept] })}>${`${row} ${percent(100 * (occupancy.value ?? 0))}`}</button>`)}</p>`}
       ${command === "" ? nothing : html`<div class="command"><code tabindex="0" role="region" aria-label=${say("ask-command")}>${command.split(/ (?=--)/).map((each) => html`<span>${each}</span> `)}</code><button aria-label=${say("ask-copy-command")} title=${say("ask-copy-command")} @click=${() => void this.copy(command)}>${icon("copy")}</button></div>`}`;
   }
 
@@ -157,15 +158,14 @@ function picker(label: string, word: string, choices: () => TemplateResult): Tem
 
 function answer(value: AskedUse): TemplateResult {
   if (value.occupancy.value === null) return html`<section class="card answer" aria-live="polite"><p class="large">${say("ask-none")}</p><p>${say("ask-none-remedy")}</p></section>`;
-  const { low, high } = value.occupancy;
   return html`<section class="card answer" aria-live="polite">
-    <p class="share"><b class="large">${say("ask-taken", { value: percentOf(value.occupancy.value) })}</b><span class="sub">${say("ask-interval", { low: percentOf(low), high: percentOf(high), times: number(10 * value.interval) })}</span></p>
+    <p class="share"><b class="large">${say("ask-taken", { value: percentOf(value.occupancy.value) })}</b><span class="sub">${`${lowHigh(value.occupancy)}, ${say("ask-times", { times: number(10 * value.interval) })}`}</span></p>
     <div><p>${answerWords(value)}</p><p class="sub">${behindWords(value)}</p></div>
   </section>`;
 }
 
 function shareCells(share: Estimate): TemplateResult {
-  return html`<td>${number(share.surveys)}</td><td><b>${share.value === null ? "–" : say("ask-share", { value: percentOf(share.value) })}</b></td><td>${lowHigh(share)}</td>`;
+  return html`<td>${number(share.surveys)}</td><td><b>${share.value === null ? "–" : percent(100 * share.value)}</b></td><td>${lowHigh(share)}</td>`;
 }
 
 /** A list with one more, or one less. */

@@ -88,7 +88,7 @@ export class LotViews extends LitElement {
     if (place.show === "document") return html`<archive-document .source=${source} .place=${place} .revision=${revision}></archive-document>`;
     if (place.view === "report") return html`<archive-ask .source=${source} .place=${place} .revision=${revision}></archive-ask>`;
     if (place.show === "stalls") return html`<archive-stalls .source=${source} .place=${place} .revision=${revision}></archive-stalls>`;
-    if (place.show === "links" && !isShared) return html`<archive-links .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
+    if (place.show === "links" && !isShared) return html`<archive-links .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
     return html`<archive-surveys .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange && !isShared}></archive-surveys>`;
   }
 

@@ -74,7 +74,8 @@ export function hoursShown(answer: AskedUse): Run {
 /** The line that prints the same answer; `lot` is its name. */
 export function commandOf(lot: string, { parts, days, hours, from, to }: Place): string {
   const named = parts.map((part) => ["--" + part.slice(0, part.indexOf(".")), part.slice(part.indexOf(".") + 1)]);
-  const given = [...named, ["--weekday", days], ["--hour", hours], ["--from", from], ["--to", to]].filter(([, value]) => value !== "");
+  const whole = [...parts, days, hours].join("") === "" ? "mon-sun" : days;
+  const given = [...named, ["--weekday", whole], ["--hour", hours], ["--from", from], ["--to", to]].filter(([, value]) => value !== "");
   return ["hawk-drone stats", quoted(lot), ...given.map(([name, value = ""]) => `${name} ${quoted(value)}`)].join(" ");
 }
 
