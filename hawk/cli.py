@@ -120,6 +120,7 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
     run = commands.add_parser("run", help="run the daemon and serve the operator's page")
     run.set_defaults(action=_run)
+    _add_connections(run)
     _add_daemon_options(run)
     run.add_argument("--ready-file", type=values.new(), metavar="FILE", help=argparse.SUPPRESS)
     run.add_argument("--attach-sim", metavar="URL", help=argparse.SUPPRESS)
@@ -201,6 +202,15 @@ def _check_drawn(options: argparse.Namespace) -> None:
 
 def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--config", type=values.path, metavar="FILE", help="settings (TOML); without it every default")
+    parser.add_argument(
+        "--fence", type=values.file, metavar="FILE", help="GeoJSON polygon that the drone must not leave"
+    )
+    parser.add_argument("--outline", type=values.file, metavar="FILE", help="GeoJSON polygons of the area to survey")
+    _add_simulated_world(parser.add_argument_group("simulation", "fly a simulated drone instead of a real one"))
+
+
+def _add_connections(parser: argparse.ArgumentParser) -> None:
+    """Add what a daemon that somebody starts is connected with; a survey's own daemon has its own."""
     parser.add_argument("--host", type=values.some, help="address to serve the page on")
     parser.add_argument("--port", type=values.whole(0, MOST_PORT), help="port to serve the page on, 0 for a free one")
     parser.add_argument("--autopilot", metavar="URL", help="MAVSDK connection URL of the autopilot")
@@ -208,11 +218,6 @@ def _add_daemon_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--store", type=values.path, metavar="DIR", help="folder for parameters, journal and recordings"
     )
-    parser.add_argument(
-        "--fence", type=values.file, metavar="FILE", help="GeoJSON polygon that the drone must not leave"
-    )
-    parser.add_argument("--outline", type=values.file, metavar="FILE", help="GeoJSON polygons of the area to survey")
-    _add_simulated_world(parser.add_argument_group("simulation", "fly a simulated drone instead of a real one"))
 
 
 def _add_simulated_world(simulated: argparse._ArgumentGroup) -> None:
@@ -343,13 +348,9 @@ def _survey(options: argparse.Namespace) -> int:
     if simulation is not None and options.url is not None:
         raise ConfigError("--url: not together with --sim, which starts a daemon of its own")
     if options.url is None:
-        remedy = "not for a simulated survey: drone, camera, port and store are its own, and all is written below --out"
-        _refuse(options, ("host", "port", "autopilot", "camera", "store"), remedy)
-    else:
-        remedy = "a setting of the daemon at --url: give it to that daemon"
-        _refuse(options, ("config", "host", "port", "autopilot", "camera", "store", "fence"), remedy)
-    if options.url is None:
         _refuse(options, ("token", "certificate"), "only together with --url")
+    else:
+        _refuse(options, ("config", "fence"), "a setting of the daemon at --url: give it to that daemon")
     if options.again is not None:
         _refuse(options, ("outline",), "not together with --again, which surveys the ground of the lot")
     config = load_settings(options)  # a wrong setting shows here, before anything is started

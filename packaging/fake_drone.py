@@ -432,7 +432,8 @@ class FakeDrone:
             vehicle=VehicleStatus(
                 ardupilot_state="GUIDED", armed=self.armed, connected=True,
                 landed="ON_GROUND" if self.height < 0.3 else "IN_AIR", link_age=0.1, battery_percentage=89.0,
-                battery_age=0.4, voltage=16.2, battery_time_left=790.0, satellites=16,
+                battery_age=0.4, voltage=16.2, battery_time_left=790.0, time_home=61.0, satellites=16,
+                survey_time_left=140.0 if self.state is StateName.AUTONOMOUS_EXPLORE else None,
                 battery_needed_home=24.0, battery_needed_survey=31.0, battery_left=34.0, survey_basis="planner",
                 survey_share=1.0,
             ),
@@ -537,6 +538,7 @@ async def main() -> None:
     services = WebServices(
         clock=clock, web=WebSettings(port=options.port), operator=OperatorSettings(), side=side, status=status,
         occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
+        travel_speed_m_s=4.0,
         loop_lag=lambda: LagSummary(0, 0, 0, 0), settings=settings(Config(), reference_text()),
         lots=None if options.lots is None else store_with(options.lots, drone.stalls),
     )  # fmt: skip

@@ -144,6 +144,7 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None, pla
             folder=config.store.directory,
             tls=tls,
             camera_fov_deg=config.camera.horizontal_fov_deg,
+            travel_speed_m_s=config.flight.speed_m_s,
             loop_lag=lag.summary,
         )
     )

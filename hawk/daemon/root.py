@@ -279,6 +279,7 @@ class Daemon:
             folder=self._config.store.directory,
             tls=self._tls,
             camera_fov_deg=self._config.camera.horizontal_fov_deg,
+            travel_speed_m_s=self._config.flight.speed_m_s,
             loop_lag=self._lag.summary,
             performance=lambda: asdict(self.performance.summary()),
             counters=lambda: {

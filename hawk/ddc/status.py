@@ -120,11 +120,13 @@ def vehicle_status(facts: Facts) -> heartbeat.VehicleStatus:
         battery_age=facts.battery.age,
         voltage=None if battery is None else battery.voltage,
         battery_time_left=None if reserve is None else reserve.time_left,
+        time_home=None if reserve is None else reserve.seconds_home,
         battery_needed_home=home if reserve is None else reserve.needed,
         battery_needed_survey=None if survey is None else survey.percent,
         battery_left=None if survey is None else survey.left,
         survey_basis=None if survey is None else survey.basis,
         survey_share=None if survey is None else survey.share,
+        survey_time_left=None if survey is None else survey.seconds,
         satellites=facts.diagnostics.satellites,
     )
 

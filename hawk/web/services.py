@@ -88,6 +88,7 @@ class WebServices:
     version: str
     simulation: bool
     camera_fov_deg: float
+    travel_speed_m_s: float
     loop_lag: Callable[[], LagSummary]
     performance: Callable[[], Mapping[str, object]] = dict
     """Figures of the last minute, as JSON values."""

@@ -314,5 +314,6 @@ def _welcome(services: WebServices, name: str, access: Access) -> Welcome:
         operator_hold=services.operator.operator_hold_s,
         speed=services.clock.speed,
         camera_fov=services.camera_fov_deg,
+        travel_speed=services.travel_speed_m_s,
         desk=services.is_desk,
     )

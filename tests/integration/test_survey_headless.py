@@ -60,6 +60,7 @@ class Flight:
                 version="test",
                 simulation=True,
                 camera_fov_deg=70.0,
+                travel_speed_m_s=4.0,
                 loop_lag=lambda: LagSummary(0.0, 0.0, 0.0, 1),
                 monotonic=self.real,
                 reads_per_s=math.inf,  # time passes faster than real

@@ -466,6 +466,8 @@ class Welcome(Outgoing):
     """Simulated seconds a second; 1 for a real drone."""
     camera_fov: Finite
     """Horizontal angle of view of the camera, degrees."""
+    travel_speed: Finite
+    """Speed over ground at which the drone is led from place to place, m/s."""
     desk: bool
     """True where no drone is: lots and plans alone, and every command to a drone is refused."""
 

@@ -237,6 +237,8 @@ class VehicleStatus(Outgoing):
     voltage: Known = None
     battery_time_left: Known = None
     """Seconds until the drone must return, at the mean power of this flight."""
+    time_home: Known = None
+    """Seconds until it has landed at home when it returns now; null on the ground."""
     battery_needed_home: Known = None
     """Charge that the flight home needs, the reserve included, percent; on the ground as from the planned survey."""
     battery_needed_survey: Known = None
@@ -248,6 +250,8 @@ class VehicleStatus(Outgoing):
     upper bound)."""
     survey_share: Known = None
     """Share (0..1) of the rest of the survey that the battery allows."""
+    survey_time_left: Known = None
+    """Seconds of the rest of the survey, without take-off and the flight home, as far as `survey_basis` knows it."""
     satellites: int | None = None
 
 

@@ -44,6 +44,8 @@ class Reserve:
     time_left: float
     flight: float = 0.0
     """Charge that the flight home costs, without the reserve; by the path inside the fence where it is longer."""
+    seconds_home: float = 0.0
+    """Seconds from here until it has landed at home."""
 
     @property
     def lasts(self) -> bool:
@@ -110,7 +112,7 @@ class DrainReading:
         drain = self.drain
         flight = SAFETY_FACTOR * home * drain
         needed = self._reserve + flight
-        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain), flight)
+        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain), flight, home)
 
 
 KEPT_FLIGHTS: Final = 3

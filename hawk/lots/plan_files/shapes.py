@@ -64,6 +64,8 @@ def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
     fits = _fitting(drawing.drawn, rings, notes)
     stalls = _without_overlaps(fits, notes)
     if not stalls:
+        if not crs:
+            _check_units(rings, metres)
         raise LotInputError("file", _nothing(notes, "draw each stall as a closed outline of its own size"))
     return PlanFile(
         drawing.format, tuple(stalls), crs, datum, origin, metres, drawing.layers,
@@ -74,7 +76,8 @@ def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
 def _check_units(rings: Sequence[Floats], metres: float) -> None:
     """Refuse a drawing that says one unit and shows stalls in another: its template may have said it.
 
-    Raises LotInputError with the units by which it would fit; the one who names units is believed.
+    Raises LotInputError with the units by which it would fit. Units that somebody named are believed where any stall
+    fits.
     """
     areas = np.array([abs(_area(ring)) for ring in rings if len(ring) >= 3])
     counts = {unit: _usual(areas * (scale / metres) ** 2) for unit, scale in UNITS.items()}
@@ -82,7 +85,7 @@ def _check_units(rings: Sequence[Floats], metres: float) -> None:
     if _usual(areas) == 0 and 2 * counts[fitting[0]] >= len(areas) > 0:
         raise LotInputError(
             "units",
-            f"of the drawing do not fit: by what it says ($INSUNITS) its outlines have {np.median(areas):.2g} m², "
+            f"of the drawing do not fit: by what is said of them its outlines have {np.median(areas):.2g} m², "
             f"by {' or '.join(fitting)} they are stalls: write {fitting[0]}",
         )
 

@@ -129,6 +129,9 @@ async def test_a_flight_is_reported(flying: Rig) -> None:
     assert reported.pose.speed == pytest.approx(4, abs=1.5)
     assert reported.vehicle.battery_time_left is not None
     assert reported.vehicle.battery_time_left > 60
+    # up to the return height of 60 m at 2 m/s, 10 m home at 4 m/s, down at 1.5 m/s, the last 10 m at 0.5 m/s
+    assert reported.vehicle.time_home == pytest.approx(25 / 2 + 10 / 4 + 50 / 1.5 + 10 / 0.5, abs=4)
+    assert reported.vehicle.survey_time_left is not None
     assert reported.travel.distance_flown == pytest.approx(10, abs=3)
     assert reported.travel.flight_time == pytest.approx(3.1, abs=0.3)
     assert len(reported.trail) >= 8

@@ -114,6 +114,7 @@ class Rig:
             simulation=self.simulation,
             cookie_secret=self.cookie_secret,
             camera_fov_deg=70.0,
+            travel_speed_m_s=4.0,
             loop_lag=lambda: LagSummary(0.5, 4.0, 9.0, 100),
             counters=lambda: {"camera_pictures_damaged": 7},
             queues=lambda: {"journal": 5},

@@ -337,11 +337,13 @@ export interface Heartbeat {
   "Battery Age": number | null;
   Voltage: number | null;
   "Battery Time Left": number | null;
+  "Time Home": number | null;
   "Battery Needed Home": number | null;
   "Battery Needed Survey": number | null;
   "Battery Left": number | null;
   "Survey Basis": "planner" | "map" | "outline" | "fence" | null;
   "Survey Share": number | null;
+  "Survey Time Left": number | null;
   Satellites: number | null;
   "Relative Altitude": number | null;
   Latitude: number | null;
@@ -519,6 +521,7 @@ export interface Welcome {
   "Operator Hold": number;
   Speed: number;
   "Camera Fov": number;
+  "Travel Speed": number;
   Desk: boolean;
 }
 

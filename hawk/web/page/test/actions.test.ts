@@ -6,7 +6,7 @@ import { type Action, control, guidedActions, safetyActions } from "../src/words
 import { banner } from "../src/words/banner.ts";
 import { consequence, contains, crosses, planMove } from "../src/words/move.ts";
 import type { View } from "../src/words/view.ts";
-import { heartbeat, impossible, possible, view } from "./make.ts";
+import { heartbeat, impossible, possible, view, welcome } from "./make.ts";
 
 function action(name: string, changes: Partial<View>): Action {
   const all = guidedActions(view(changes), false);
@@ -49,16 +49,19 @@ describe("actions", () => {
   });
 
   it("run with their progress", () => {
-    const exploring = action("explore", { heartbeat: heartbeat({ State: "Autonomous Explore", Explored: 0.473 }) });
-    assert.deepEqual([exploring.kind, exploring.note, exploring.progress], ["running", "Running, 47 % so far", 0.473]);
+    const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.473 });
+    const known = action("explore", { heartbeat: { ...exploring, "Outline Area": 5000 } });
+    assert.deepEqual([known.kind, known.note, known.progress], ["running", "Running, 47 %", 0.473]);
+    const unknown = action("explore", { heartbeat: exploring });
+    assert.deepEqual([unknown.kind, unknown.note, unknown.progress], ["running", "Running", null], "the share of what was found so far is no progress");
     const climbing = action("takeoff", { heartbeat: heartbeat({ State: "Takeoff", "Relative Altitude": 7 }) });
     assert.deepEqual([climbing.kind, climbing.progress], ["running", 0.2]);
   });
 
-  it("show the distance home, and its time only when the speed is known", () => {
+  it("show the distance home, and the time until it stands on the ground", () => {
     const away = heartbeat({ North: 30, East: 40, Options: possible("Return To Launch") });
     assert.equal(action("home", { heartbeat: away }).note, "50 m");
-    assert.equal(action("home", { heartbeat: away, cruise: 4 }).note, "50 m, 13 s");
+    assert.equal(action("home", { heartbeat: { ...away, "Time Home": 57.4 } }).note, "50 m, 57 s to the ground");
   });
 });
 
@@ -168,10 +171,10 @@ describe("a move", () => {
   const able = heartbeat({ Fence: fence, Options: possible("Autonomous Move", "Compulsive Move") });
 
   it("is described by distance, direction and height", () => {
-    const plan = planMove(view({ heartbeat: able, cruise: 4 }), { North: 0, East: -38 }, CELL.lot);
+    const plan = planMove(view({ heartbeat: able }), { North: 0, East: -38 }, CELL.lot);
     assert.equal(plan?.question, "Move 38 m west, staying at 35 m?");
     assert.equal(plan.pill, "38 m, 10 s");
-    assert.equal(planMove(view({ heartbeat: able }), { North: 0, East: -38 }, CELL.lot)?.pill, "38 m");
+    assert.equal(planMove(view({ heartbeat: able, welcome: null }), { North: 0, East: -38 }, CELL.lot)?.pill, "38 m");
   });
 
   it("climbs to the lowest height first", () => {
@@ -238,8 +241,8 @@ describe("a move", () => {
 
   it("says what it costs of the battery, never rounded down, and nothing that is not known", () => {
     const charged = { ...able, "Battery Percentage": 80, "Battery Needed Home": 20, "Battery Time Left": 600 };
-    const cost = (changes: Partial<Heartbeat>, cruise: number | null): string => {
-      const now = view({ heartbeat: { ...charged, ...changes }, cruise });
+    const cost = (changes: Partial<Heartbeat>, speed: number | null): string => {
+      const now = view({ heartbeat: { ...charged, ...changes }, welcome: speed === null ? null : welcome({ "Travel Speed": speed }) });
       const plan = planMove(now, { North: 45, East: 0 }, CELL.lot);
       assert.ok(plan);
       return consequence(now, plan, "Autonomous Move");

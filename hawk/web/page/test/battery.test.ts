@@ -33,7 +33,7 @@ describe("the battery bar", () => {
 
   it("says the same in words", async () => {
     const label = (await drawn({})).part.querySelector(".charge")?.getAttribute("aria-label");
-    assert.equal(label, "Battery 89 %: home 24 %, survey 31 %, left 34 %. Enough for the lot found so far.");
+    assert.equal(label, "Battery 89 %: home with the reserve 24 %, survey 31 %, left 34 %. Enough for the lot found so far.");
   });
 
   it("shows what is missing, and of how much of the survey it is enough", async () => {

@@ -58,11 +58,10 @@ describe("the lots", () => {
     assert.equal(stage.part.querySelectorAll("li b b").length, 0);
   });
 
-  it("offer the files of the newest survey, where there is one", async () => {
+  it("lead to the newest survey, where there is one", async () => {
     const stage = await shown();
-    const links = [...stage.part.querySelectorAll("a[download]")].map((link) => link.getAttribute("href"));
-    assert.deepEqual(links, ["csv", "geojson", "gpkg", "kmz", "png"].map((kind) => `api/v1/surveys/n/files/${kind}`));
-    assert.equal(stage.part.querySelector("a:not([download])")?.getAttribute("href"), "#/lots");
+    const links = [...stage.part.querySelectorAll("a")].map((link) => link.getAttribute("href"));
+    assert.deepEqual(links, ["#/lots", "#/lots/a/n"]);
   });
 
   it("are renamed", async () => {
@@ -117,19 +116,19 @@ describe("the lots", () => {
     const panels: unknown[] = [];
     stage.part.model.editPlan = (lot) => opened.push(lot);
     stage.part.addEventListener("open-panel", (event) => panels.push((event as CustomEvent).detail));
-    await stage.press(`Correct the plan of ${HTML}`);
+    await stage.press(`Correct the plan: ${HTML}`);
     assert.deepEqual([opened, panels], [["a"], ["map"]]);
   });
 
   it("keep their buttons when another lot comes before them", async () => {
     const stage = await shown();
-    const south = stage.button("Correct the plan of South");
+    const south = stage.button("Correct the plan: South");
     const more = { ...LISTED, lots: list({ id: "c", name: "Another", time_zone: "UTC", stalls: 9, survey_count: 1, last_survey: null }, ...LOTS) };
     globalThis.fetch = (address) => Promise.resolve(answerOf(address as string, more));
     stage.find("ul").dispatchEvent(new CustomEvent("lot-changed"));
     await stage.drawn();
     assert.equal(stage.part.querySelectorAll("li").length, 3);
-    assert.equal(south.getAttribute("aria-label"), "Correct the plan of South");
+    assert.equal(south.getAttribute("aria-label"), "Correct the plan: South");
   });
 
   it("are changed by operators only", async () => {

@@ -199,11 +199,10 @@ describe("the flight", () => {
     assert.equal(flight.landedAt, null);
   });
 
-  it("samples the plots once a second and learns how fast it travels", () => {
+  it("samples the plots once a second", () => {
     const flight = new Flight();
-    for (let tick = 0; tick < 11; tick += 1) flight.hear(heartbeat({ Speed: tick === 5 ? 3.9 : 0.5 }), tick / 5);
+    for (let tick = 0; tick < 11; tick += 1) flight.hear(heartbeat(), tick / 5);
     assert.deepEqual(flight.samples.map((sample) => sample.at), [0, 1, 2]);
-    assert.equal(flight.cruise, 3.9);
   });
 
   it("distinguishes flying from standing", () => {

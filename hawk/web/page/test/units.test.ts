@@ -45,7 +45,7 @@ describe("lengths in feet", () => {
   it("stand in every word that has a length", () => {
     const able = heartbeat({ Options: possible("Autonomous Move", "Compulsive Move") });
     const plan = planMove(view({ heartbeat: able, units: "feet" }), { North: 0, East: -38 }, CELL.lot);
-    assert.deepEqual([plan?.question, plan?.pill], ["Move 125 ft west, staying at 115 ft?", "125 ft"]);
+    assert.deepEqual([plan?.question, plan?.pill], ["Move 125 ft west, staying at 115 ft?", "125 ft, 10 s"]);
     assert.equal(glanceValues(view({ units: "feet" })).find((value) => value.name === "height")?.value, "115 ft");
     assert.match(heightsProblem(15, 35, 130, 120, "feet"), /fence ends at 394 ft/);
     assert.deepEqual([topHeight(60, "metres"), topHeight(60, "feet")], [60, 200]);

@@ -61,16 +61,18 @@ describe("the state in words", () => {
     assert.deepEqual([words.tone, words.title, words.detail], ["warn", "No link", "was exploring 6 s ago"]);
   });
 
-  it("says how much was seen of what was found, and no time to go: how much more lot comes in sight is not known", () => {
-    const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, Remaining: 480 });
-    const words = stateWords(view({ heartbeat: exploring, cruise: 4 }));
-    assert.equal(words.detail, "47 % seen of the lot found so far");
-    assert.equal(words.short, "47 % seen so far");
+  it("counts the stalls of a lot whose size is not known, and says no share: it falls when more lot comes in sight", () => {
+    const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.92, Free: 30, Taken: 13, Unknown: 1 });
+    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "44 stalls so far");
+    const words = stateWords(view({ heartbeat: { ...exploring, "Survey Time Left": 130 } }));
+    assert.deepEqual([words.detail, words.short], ["44 stalls so far, 2 min for what is in sight", "44 so far, 2 min in sight"]);
   });
 
-  it("says how much was seen of an outline", () => {
+  it("says how much was seen of an outline, and the time to the end", () => {
     const exploring = heartbeat({ State: "Autonomous Explore", Explored: 0.47, "Outline Area": 5000 });
-    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % seen of the outline");
+    assert.equal(stateWords(view({ heartbeat: exploring })).detail, "47 % of the outline seen");
+    const words = stateWords(view({ heartbeat: { ...exploring, "Survey Time Left": 200 } }));
+    assert.deepEqual([words.detail, words.short], ["47 % of the outline seen, about 3 min to go", "47 % seen, 3 min to go"]);
   });
 
   it("asks for attention for failed checks, trouble, the pilot and a silent autopilot", () => {
@@ -123,7 +125,7 @@ describe("values at a glance", () => {
   it("are fresh with a good link", () => {
     const values = named({ heartbeat: heartbeat({ Free: 114, Taken: 40, Unknown: 5 }) });
     assert.deepEqual([values.free?.value, values.free?.label], ["114", "free stalls"]);
-    assert.deepEqual([values.battery?.value, values.battery?.label, values.battery?.age], ["13 min", "battery, 89 %", ""]);
+    assert.deepEqual([values.battery?.value, values.battery?.label, values.battery?.age], ["13 min", "until return, 89 %", ""]);
     assert.deepEqual([values.height?.value, values.height?.age], ["35 m", ""]);
     assert.deepEqual([values.link?.value, values.link?.label], ["0.2 s", "link, good"]);
   });

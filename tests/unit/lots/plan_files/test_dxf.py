@@ -61,6 +61,12 @@ def test_units_that_are_not_known_are_asked_for(number: int, said: str) -> None:
         plan(data, units="parsec")
 
 
+@pytest.mark.fault("somebody names metres for a drawing in millimetres", "it says by which units it would fit")
+def test_units_that_were_named_and_fit_nothing_are_refused_with_those_that_do() -> None:
+    with pytest.raises(LotInputError, match=r"units: of the drawing do not fit.* by mm they are stalls: write mm"):
+        plan(dxf(stalls(1000.0)), units="m", layer="STALLS")
+
+
 def test_other_polylines_texts_and_mirrored_planes_are_read() -> None:
     def draw(_: Any, space: Any) -> None:
         space.add_polyline2d(closed(A_ROW[0]), close=True)

@@ -106,6 +106,9 @@ takeoff-disarmed = The motors went off by themselves: Arm again
 takeoff-to = To { $height }
 explore = Explore
 explore-note = See the whole lot
+# The lot is known: the length of its flight, and its time.
+explore-again = Again, { $distance }
+explore-again-time = Again, { $distance }, { $time }
 move = Move
 move-note =
     { $pointer ->
@@ -120,7 +123,7 @@ move-now =
 move-running = To a new place
 home = Return home
 home-note = And land there
-home-distance = { $distance }, { $time }
+home-distance = { $distance }, { $time } to the ground
 home-without-link = No link: does it itself
 land = Land
 land-note = Straight down
@@ -129,7 +132,6 @@ hold = Hold
 hold-note = Stop and stay
 running = Running
 running-percent = Running, { $percent }
-running-explored = Running, { $percent } so far
 more-actions = More actions
 
 # Why something cannot be done.
@@ -329,15 +331,31 @@ fix-to-arm =
     }
 landed = Landed
 motors-off-since = Motors off since { $time }
-seen-so-far = { $percent } seen of the lot found so far
-seen-of-outline = { $percent } seen of the outline
+# $time: a span, to the end of the survey.
+seen-of-outline = { $percent } of the outline seen
+seen-of-outline-time = { $percent } of the outline seen, about { $time } to go
+# Its end is not known: how much more lot comes in sight is not.
+found-so-far =
+    { $stalls ->
+        [one] 1 stall so far
+       *[other] { $stalls } stalls so far
+    }
+found-so-far-time =
+    { $stalls ->
+        [one] 1 stall so far, { $time } for what is in sight
+       *[other] { $stalls } stalls so far, { $time } for what is in sight
+    }
 # The same for a narrow page.
-seen-short = { $percent } seen so far
+seen-of-outline-short = { $percent } seen
+seen-of-outline-time-short = { $percent } seen, { $time } to go
+found-so-far-short = { $stalls } so far
+found-so-far-time-short = { $stalls } so far, { $time } in sight
 picture-old = Picture { $age } old.
 free-stalls = free stalls
 free-at = free, at { $time }
 battery = battery
-battery-percent = battery, { $percent }
+# Behind the time until it must return: the charge.
+battery-percent = until return, { $percent }
 # After the age of an old value.
 then-percent = , { $percent }
 height = height
@@ -499,8 +517,8 @@ stalls-found-all =
     }
 stalls-found-seen =
     { $stalls ->
-        [one] 1 stall found, { $percent } seen of the lot found so far
-       *[other] { $stalls } stalls found, { $percent } seen of the lot found so far
+        [one] 1 stall found, { $percent } seen of the lot found
+       *[other] { $stalls } stalls found, { $percent } seen of the lot found
     }
 
 ## The survey after landing
@@ -553,7 +571,7 @@ link-shows-nothing = This link shows nothing
 link-ended = This link has ended, or was taken back. Ask the person who sent it for another one.
 link-too-often = Too many wrong links came from your network. Wait a minute, then load the page again.
 rename = Name and clock
-survey-files-of = Files of the newest survey of { $name }
+show-survey-of = Newest survey of { $name }
 rename-lot = Name and clock of { $name }
 name-of-lot = Name of the lot
 which-lot = Which lot is it?
@@ -591,9 +609,10 @@ stalls-of-survey = stalls of the survey
 
 correct-plan = Correct the plan
 # $name: of the lot
-correct-plan-of = Correct the plan of { $name }
+correct-plan-of = Correct the plan: { $name }
 survey-again = Survey again
-survey-again-of = Survey { $name } again
+survey-again-of = Survey again: { $name }
+survey-again-taken = { $name } will be surveyed again by Explore.
 plan-unanswered = The drone did not answer: the plan could not be read.
 # $name: of the lot
 plan-of = Plan of { $name }
@@ -802,13 +821,13 @@ plan-import-take-so = Take it as it lies
 
 battery-for-survey = Battery for the survey
 battery-charge = Battery { $percent }
-battery-home = Home
+battery-home = Home, with reserve
 battery-survey = Survey
 battery-left = Left
 battery-missing = Missing
 # The whole bar in words, for screen readers: $parts are the four below.
 battery-spoken = Battery { $percent }: { $parts }. { $verdict }.
-battery-spoken-home = home { $percent }
+battery-spoken-home = home with the reserve { $percent }
 battery-spoken-survey = survey { $percent }
 battery-spoken-left = left { $percent }
 battery-spoken-missing = missing { $percent }

@@ -116,6 +116,8 @@ takeoff-disarmed = Moteurs coupés d'eux-mêmes : armez à nouveau
 takeoff-to = À { $height }
 explore = Explorer
 explore-note = Voir tout le parking
+explore-again = À nouveau, { $distance }
+explore-again-time = À nouveau, { $distance }, { $time }
 move = Déplacer
 move-note =
     { $pointer ->
@@ -130,7 +132,7 @@ move-now =
 move-running = Vers un autre point
 home = Retour au départ
 home-note = Et y atterrir
-home-distance = { $distance }, { $time }
+home-distance = { $distance }, { $time } jusqu'au sol
 home-without-link = Sans liaison : de lui-même
 land = Atterrir
 land-note = À la verticale
@@ -139,7 +141,6 @@ hold = Stationnaire
 hold-note = S'arrêter sur place
 running = En cours
 running-percent = En cours, { $percent }
-running-explored = En cours, { $percent } jusqu'ici
 more-actions = Autres actions
 
 no-link = Pas de liaison
@@ -330,14 +331,27 @@ fix-to-arm =
     }
 landed = Posé
 motors-off-since = Moteurs arrêtés depuis { $time }
-seen-so-far = { $percent } vus du parking trouvé jusqu'ici
-seen-of-outline = { $percent } vus du contour
-seen-short = { $percent } vus jusqu'ici
+seen-of-outline = { $percent } du contour vus
+seen-of-outline-time = { $percent } du contour vus, encore { $time } environ
+found-so-far =
+    { $stalls ->
+        [one] { $stalls } place jusqu'ici
+       *[other] { $stalls } places jusqu'ici
+    }
+found-so-far-time =
+    { $stalls ->
+        [one] { $stalls } place jusqu'ici, { $time } pour ce qui est en vue
+       *[other] { $stalls } places jusqu'ici, { $time } pour ce qui est en vue
+    }
+seen-of-outline-short = { $percent } vus
+seen-of-outline-time-short = { $percent } vus, encore { $time }
+found-so-far-short = { $stalls } jusqu'ici
+found-so-far-time-short = { $stalls } jusqu'ici, { $time } en vue
 picture-old = Image d'il y a { $age }.
 free-stalls = places libres
 free-at = libres, à { $time }
 battery = batterie
-battery-percent = batterie, { $percent }
+battery-percent = avant retour, { $percent }
 then-percent = , { $percent }
 height = hauteur
 link-none = pas de liaison
@@ -497,8 +511,8 @@ stalls-found-all =
     }
 stalls-found-seen =
     { $stalls ->
-        [one] { $stalls } place trouvée, { $percent } vus du parking trouvé jusqu'ici
-       *[other] { $stalls } places trouvées, { $percent } vus du parking trouvé jusqu'ici
+        [one] { $stalls } place trouvée, { $percent } vus du parking trouvé
+       *[other] { $stalls } places trouvées, { $percent } vus du parking trouvé
     }
 
 ## Le relevé après l'atterrissage
@@ -553,7 +567,7 @@ link-shows-nothing = Ce lien ne montre rien
 link-ended = Ce lien a pris fin ou a été repris. Demandez-en un autre à qui vous l'a envoyé.
 link-too-often = Trop de faux liens sont venus de votre réseau. Attendez une minute, puis rechargez la page.
 rename = Nom et heure
-survey-files-of = Fichiers du dernier relevé de { $name }
+show-survey-of = Dernier relevé de { $name }
 rename-lot = Nom et heure de { $name }
 name-of-lot = Nom du parking
 which-lot = Quel parking est-ce ?
@@ -592,7 +606,8 @@ stalls-of-survey = places du relevé
 correct-plan = Corriger le plan
 correct-plan-of = Corriger le plan : { $name }
 survey-again = Relever à nouveau
-survey-again-of = Relever { $name } à nouveau
+survey-again-of = Relever à nouveau : { $name }
+survey-again-taken = { $name } sera relevé à nouveau par Explorer.
 plan-unanswered = Le drone n'a pas répondu : le plan n'a pas pu être lu.
 plan-of = Plan : { $name }
 plan-counts =
@@ -792,12 +807,12 @@ plan-import-take-so = Le prendre tel quel
 
 battery-for-survey = Batterie pour le relevé
 battery-charge = Batterie { $percent }
-battery-home = Retour
+battery-home = Retour et réserve
 battery-survey = Relevé
 battery-left = Reste
 battery-missing = Manque
 battery-spoken = Batterie { $percent } : { $parts }. { $verdict }.
-battery-spoken-home = retour { $percent }
+battery-spoken-home = retour et réserve { $percent }
 battery-spoken-survey = relevé { $percent }
 battery-spoken-left = reste { $percent }
 battery-spoken-missing = manque { $percent }

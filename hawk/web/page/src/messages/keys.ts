@@ -35,6 +35,8 @@ export interface Messages {
   "takeoff-to": { height: string | number };
   "explore": Record<string, never>;
   "explore-note": Record<string, never>;
+  "explore-again": { distance: string | number };
+  "explore-again-time": { distance: string | number; time: string | number };
   "move": Record<string, never>;
   "move-note": { pointer: "finger" | "mouse" };
   "move-now": { pointer: "finger" | "mouse" };
@@ -50,7 +52,6 @@ export interface Messages {
   "hold-note": Record<string, never>;
   "running": Record<string, never>;
   "running-percent": { percent: string | number };
-  "running-explored": { percent: string | number };
   "more-actions": Record<string, never>;
   "no-link": Record<string, never>;
   "on-the-ground": Record<string, never>;
@@ -203,9 +204,14 @@ export interface Messages {
   "fix-to-arm": { checks: number };
   "landed": Record<string, never>;
   "motors-off-since": { time: string | number };
-  "seen-so-far": { percent: string | number };
   "seen-of-outline": { percent: string | number };
-  "seen-short": { percent: string | number };
+  "seen-of-outline-time": { percent: string | number; time: string | number };
+  "found-so-far": { stalls: number };
+  "found-so-far-time": { stalls: number; time: string | number };
+  "seen-of-outline-short": { percent: string | number };
+  "seen-of-outline-time-short": { percent: string | number; time: string | number };
+  "found-so-far-short": { stalls: string | number };
+  "found-so-far-time-short": { stalls: string | number; time: string | number };
   "picture-old": { age: string | number };
   "free-stalls": Record<string, never>;
   "free-at": { time: string | number };
@@ -348,7 +354,7 @@ export interface Messages {
   "link-ended": Record<string, never>;
   "link-too-often": Record<string, never>;
   "rename": Record<string, never>;
-  "survey-files-of": { name: string | number };
+  "show-survey-of": { name: string | number };
   "rename-lot": { name: string | number };
   "name-of-lot": Record<string, never>;
   "which-lot": Record<string, never>;
@@ -372,6 +378,7 @@ export interface Messages {
   "correct-plan-of": { name: string | number };
   "survey-again": Record<string, never>;
   "survey-again-of": { name: string | number };
+  "survey-again-taken": { name: string | number };
   "plan-unanswered": Record<string, never>;
   "plan-of": { name: string | number };
   "plan-counts": { stalls: number; confirmed: string | number; guessed: number };

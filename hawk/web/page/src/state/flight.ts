@@ -23,8 +23,6 @@ export interface Sample {
 const LINES = 200;
 const SAMPLES = 1800;
 const TRAIL = 5000;
-/** Slower than this it is not travelling, metres a second. */
-const CRUISE_FROM = 1.5;
 
 /** What the drone last said, and what this page remembers of the flight. Times are seconds of this page's clock. */
 export class Flight {
@@ -39,9 +37,6 @@ export class Flight {
   samples: Sample[] = [];
   /** When the motors stopped after a flight that this page saw, UTC. */
   landedAt: string | null = null;
-  /** Fastest that it was heard to fly, metres a second: the duration of a path is shown only when this is known. */
-  cruise: number | null = null;
-
   /** Seconds in the air of the last flight that is known. */
   airTime: number | null = null;
 
@@ -72,8 +67,6 @@ export class Flight {
     if (heartbeat.Trail.length > 0 || heartbeat["Trail Start"]) this.trail = [...before, ...heartbeat.Trail].slice(-TRAIL);
     this.sample(heartbeat, at);
     this.airTime = heartbeat["Flight Time"] ?? this.airTime;
-    const speed = heartbeat.Speed ?? 0;
-    if (isFlying(heartbeat) && speed > CRUISE_FROM) this.cruise = Math.max(this.cruise ?? 0, speed);
   }
 
   /** Adds a line of this page's own, such as a lost link. */

@@ -196,7 +196,6 @@ export class Operator extends EventTarget {
       gap: this.flight.gap,
       now: this.outside.wallClock(),
       landedAt: this.flight.landedAt,
-      cruise: this.flight.cruise,
       pictureAge: this.picture.age(this.seconds()),
       units: this.preferences.units,
       selfDisarmed: this.selfDisarmed,

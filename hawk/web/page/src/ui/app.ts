@@ -111,7 +111,7 @@ export class App extends LitElement {
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
       ${flies || !isAway ? html`<div class="strips">
             <hawk-banner .model=${model}></hawk-banner>
-            ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model}></hawk-earlier>`}
+            ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
       ${isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
       ${isAway ? html`<div class="view" role="main">${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view) }, language())}</div>` : nothing}

@@ -66,8 +66,9 @@ function summary(view: View): string {
   if (linkOf(view) === "lost" && view.silence !== null) {
     return say("counted-up-to", { time: format.clock(view.now - view.silence * 1000) });
   }
-  const seen = view.heartbeat ? seenPercent(view.heartbeat) : null;
   const stalls = stallCount(view);
   if (isSeenWhole(view.heartbeat)) return say("stalls-found-all", { stalls });
+  // while it explores the share falls when more lot comes in sight
+  const seen = view.heartbeat?.["Explore Done"] === true ? seenPercent(view.heartbeat) : null;
   return seen === null ? say("stalls-found", { stalls }) : say("stalls-found-seen", { stalls, percent: format.percent(seen) });
 }

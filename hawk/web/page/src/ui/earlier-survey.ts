@@ -1,5 +1,5 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement } from "lit/decorators.js";
+import { customElement, property } from "lit/decorators.js";
 import { earlierSurvey } from "../words/earlier.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -8,6 +8,8 @@ import { icon } from "./icons.ts";
 /** The choice between the survey on the map and a new one, on the ground, until it is made. */
 @customElement("hawk-earlier")
 export class EarlierSurvey extends Part {
+  /** The survey's panel is open: there is nothing to open. */
+  @property({ type: Boolean }) isShown = false;
   private kept = false;
 
   override render(): TemplateResult | typeof nothing {
@@ -22,7 +24,7 @@ export class EarlierSurvey extends Part {
         <span>${words}</span>
       </div>
       <div class="act-side">
-        <button class="open-last" @click=${() => this.open()}>${say("open-last-survey")}</button>
+        ${this.isShown ? nothing : html`<button class="open-last" @click=${() => this.open()}>${say("open-last-survey")}</button>`}
         <button @click=${() => this.keep()}>${say("continue-survey")}</button>
         <button @click=${() => this.model.ask({ about: "New Survey" })}>${say("new-survey")}</button>
       </div>

@@ -2,7 +2,7 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { ListedLot, Survey } from "../api.ts";
-import { chooseClock, fetchLots, type Lots, moveSurvey, nameLot, SURVEY_FILES } from "../link/lots.ts";
+import { chooseClock, fetchLots, type Lots, moveSurvey, nameLot } from "../link/lots.ts";
 import { cannot, isViewer } from "../words/actions.ts";
 import { clockNames, clockWords, timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
@@ -56,14 +56,8 @@ export class LotsList extends Part {
   private row(lot: ListedLot): TemplateResult {
     const seen = lot.last_survey === null ? "" : say("lot-seen", { when: timeOnClock(lot.last_survey.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" }) });
     return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span>
-        ${lot.last_survey === null ? nothing : this.files(lot.name, lot.last_survey.id)}</span>
+        ${lot.last_survey === null ? nothing : html`<a href="#/lots/${lot.id}/${lot.last_survey.id}">${say("show-survey-of", { name: lot.name })}</a>`}</span>
       ${this.mayChange() ? this.changing(lot) : nothing}`;
-  }
-
-  private files(name: string, survey: string): TemplateResult {
-    return html`<span class="sub" role="group" aria-label=${say("survey-files-of", { name })}>
-      ${SURVEY_FILES.map((kind) => html`<a href="api/v1/surveys/${survey}/files/${kind}" download>${kind}</a> `)}
-    </span>`;
   }
 
   private changing(lot: ListedLot): TemplateResult {
@@ -71,7 +65,7 @@ export class LotsList extends Part {
     return html`<span class="choices">
       ${
         cannot(this.model.view(), "Survey Again") === ""
-          ? html`<button aria-label=${say("survey-again-of", { name: lot.name })} @click=${() => this.again(lot)}>${say("survey-again")}</button>`
+          ? html`<button aria-label=${say("survey-again-of", { name: lot.name })} @click=${() => void this.again(lot)}>${say("survey-again")}</button>`
           : nothing
       }
       <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${plan.open || plan.opening || drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
@@ -79,9 +73,11 @@ export class LotsList extends Part {
     </span>`;
   }
 
-  /** The drone says whether it can; take-off stays a slide. */
-  private again(lot: ListedLot): void {
-    void this.model.command({ Type: "Survey Again", Lot: lot.id }, say("survey-again"));
+  /** The drone says whether it can; take-off stays a slide. What comes next is on the map and in the bar, which a list may cover. */
+  private async again(lot: ListedLot): Promise<void> {
+    if (!(await this.model.command({ Type: "Survey Again", Lot: lot.id }, say("survey-again")))) return;
+    for (const detail of ["close", "map"]) this.dispatchEvent(new CustomEvent("open-panel", { detail, bubbles: true }));
+    this.model.toasts.show({ level: "info", text: say("survey-again-taken", { name: lot.name }) });
   }
 
   /** The map comes in sight for it. */

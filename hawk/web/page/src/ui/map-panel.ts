@@ -349,6 +349,6 @@ export class MapPanel extends Part {
 
 /** How far it can have flown since it was last heard, metres. */
 function reach(view: View): number {
-  return (view.silence ?? 0) * Math.max(view.cruise ?? 0, view.heartbeat?.Speed ?? 0) * (view.welcome?.Speed ?? 1);
+  return (view.silence ?? 0) * Math.max(view.welcome?.["Travel Speed"] ?? 0, view.heartbeat?.Speed ?? 0) * (view.welcome?.Speed ?? 1);
 }
 

@@ -3,7 +3,7 @@ import type { Command } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "./format.ts";
 import { pointer, say } from "./say.ts";
-import { linkOf, option, type View } from "./view.ts";
+import { isLotKnown, linkOf, option, type View } from "./view.ts";
 
 /** Buttons of the bar. */
 export type ActionName = Extract<CommandButton, "arm" | "takeoff" | "explore" | "move" | "home" | "land" | "hold" | "disarm" | "resume">;
@@ -98,10 +98,18 @@ function takeoff(view: View): Action {
 }
 
 function explore(view: View): Action {
-  const action = offered(view, "explore", say("explore"), say("explore-note"));
   const heartbeat = view.heartbeat;
+  const action = offered(view, "explore", say("explore"), exploreNote(view));
   if (heartbeat?.State !== "Autonomous Explore") return action;
-  return running(view, action, heartbeat.Explored, "running-explored");
+  return running(view, action, isLotKnown(heartbeat) ? heartbeat.Explored : null);
+}
+
+/** The flight over a lot that is surveyed again is planned before it begins: its length is known. */
+function exploreNote(view: View): string {
+  const { "Again Distance": metres = null, "Survey Time Left": seconds = null } = view.heartbeat ?? {};
+  if (metres === null) return say("explore-note");
+  const distance = format.distance(metres, view.units);
+  return seconds === null ? say("explore-again", { distance }) : say("explore-again-time", { distance, time: format.duration(seconds) });
 }
 
 function move(view: View, touch: boolean): Action {
@@ -151,14 +159,9 @@ function build(view: View, name: ActionName, label: string, note: string, possib
   return { ...base, kind: "impossible", note: reason === "" ? say("not-possible") : reason.replace(/\.$/, "") };
 }
 
-function running(
-  view: View,
-  action: Action,
-  progress: number | null,
-  key: "running-percent" | "running-explored" = "running-percent",
-): Action {
+function running(view: View, action: Action, progress: number | null): Action {
   if (linkOf(view) !== "live") return action;
-  const note = progress === null ? say("running") : say(key, { percent: format.percent(progress * 100) });
+  const note = progress === null ? say("running") : say("running-percent", { percent: format.percent(progress * 100) });
   return { ...action, kind: "running", note, progress };
 }
 
@@ -173,5 +176,6 @@ function homeNote(view: View): string {
   if (North === null || East === null || !Home) return say("home-note");
   const metres = Math.hypot(North - Home.North, East - Home.East);
   const distance = format.distance(metres, view.units);
-  return view.cruise === null ? distance : say("home-distance", { distance, time: format.duration(metres / view.cruise) });
+  const time = view.heartbeat?.["Time Home"] ?? null;
+  return time === null ? distance : say("home-distance", { distance, time: format.duration(time) });
 }

@@ -1,7 +1,7 @@
 import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
 import { language, number, say } from "./say.ts";
-import { ageNow, autopilotLost, BATTERY_STALE_S, linkOf, OLD_S, oldestAge, STALE_S, type View } from "./view.ts";
+import { ageNow, autopilotLost, BATTERY_STALE_S, isLotKnown, linkOf, OLD_S, oldestAge, STALE_S, type View } from "./view.ts";
 
 export type Tone = "fine" | "warn" | "idle" | "alarm";
 
@@ -95,11 +95,19 @@ function active(view: View, heartbeat: Heartbeat): StateWords {
   const title = armed ? say("state-armed") : isGivenBack(heartbeat) ? say("state-free") : stateTitle(heartbeat.State);
   const seen = seenPercent(heartbeat);
   if (heartbeat.State !== "Autonomous Explore" || seen === null) return same(tone, title, `${heartbeat.Detail}${oldPicture(view)}`);
-  const percent = format.percent(seen);
-  if (heartbeat["Outline Area"] !== null) return same(tone, title, `${say("seen-of-outline", { percent })}${oldPicture(view)}`);
-  // no time to go: how much more lot comes in sight is not known
-  const detail = `${say("seen-so-far", { percent })}${oldPicture(view)}`;
-  return { tone, title, detail, short: `${say("seen-short", { percent })}${oldPicture(view)}` };
+  return { tone, title, detail: `${exploring(heartbeat, seen, "")}${oldPicture(view)}`, short: `${exploring(heartbeat, seen, "-short")}${oldPicture(view)}` };
+}
+
+/** What was seen, and the time to the end; of a lot whose size is not known, to the end of what is in sight. */
+function exploring(heartbeat: Heartbeat, seen: number, size: "" | "-short"): string {
+  const left = heartbeat["Survey Time Left"];
+  const time = left === null || left <= 0 ? "" : format.duration(left);
+  if (isLotKnown(heartbeat)) {
+    const percent = format.percent(seen);
+    return time === "" ? say(`seen-of-outline${size}`, { percent }) : say(`seen-of-outline-time${size}`, { percent, time });
+  }
+  const stalls = heartbeat.Free + heartbeat.Taken + heartbeat.Unknown;
+  return time === "" ? say(`found-so-far${size}`, { stalls }) : say(`found-so-far-time${size}`, { stalls, time });
 }
 
 function oldPicture(view: View): string {

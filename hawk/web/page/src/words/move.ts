@@ -53,7 +53,8 @@ export function planMove(view: View, target: Point, cell: number, route: Planned
   const north = target.North - heartbeat.North;
   const east = target.East - heartbeat.East;
   const metres = Math.hypot(north, east);
-  const seconds = view.cruise === null ? null : metres / view.cruise;
+  const speed = view.welcome?.["Travel Speed"];
+  const seconds = speed === undefined ? null : metres / speed;
   const inside = whereInside(heartbeat, target);
   const insideFence = inside === "inside";
   const outside = insideFence ? "" : say(inside);

@@ -15,8 +15,6 @@ export interface View {
   /** Time of day, milliseconds. */
   now: number;
   landedAt: string | null;
-  /** Metres a second that it travels at, once it was seen to. */
-  cruise: number | null;
   /** Age of the camera's picture that is shown, seconds; null before the first. */
   pictureAge: number | null;
   /** The motors went off before take-off, and this operator had not asked for it. */
@@ -43,6 +41,11 @@ export function linkOf(view: View): Link {
 /** The autopilot does not answer although the drone's computer does. */
 export function autopilotLost(view: View): boolean {
   return linkOf(view) === "live" && view.heartbeat !== null && !view.heartbeat.Connected;
+}
+
+/** Whether the size of what is explored is known: an outline is, or a lot that is surveyed again. The share of what was found so far is no progress: it falls when more lot comes in sight. */
+export function isLotKnown(heartbeat: Heartbeat): boolean {
+  return heartbeat["Outline Area"] !== null;
 }
 
 export function option(view: View, command: string): CommandOption {
