@@ -11,6 +11,7 @@ import logging
 import signal
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Final
@@ -25,6 +26,7 @@ from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError
 from hawk.daemon.announcement import PageShown, announcement, serve
 from hawk.daemon.lots.keeper import find_stalls
+from hawk.daemon.lots.schedule import moments_due
 from hawk.daemon.start_checks import check_background
 from hawk.lots.change_detection.comparison import placed_surveys
 from hawk.lots.ingest import lot_places
@@ -139,6 +141,7 @@ async def _serve_store(config: Config, store: LotStore, under: Under | None, pla
             is_desk=True,
             settings=settings(config, reference_text()),
             lots=store,
+            due=partial(moments_due, config.schedule),
             recordings=Recordings(config.store),
             cookie_secret=cookie_secret(config.store.directory),
             folder=config.store.directory,

@@ -15,6 +15,7 @@ import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,7 @@ from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.flights import FlightFollower, FlightParts
 from hawk.daemon.lots.parts import LotParts, program_name, surroundings
+from hawk.daemon.lots.schedule import moments_due
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.options import DaemonOptions, start_words
@@ -274,6 +276,7 @@ class Daemon:
             newest_recording=self._recording.newest,
             recordings=self._recording.folder,
             lots=self._lots.store,
+            due=partial(moments_due, self._config.schedule),
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,

@@ -6,53 +6,13 @@ the number that its neighbours leave, else the next one of that row; a new row g
 
 from __future__ import annotations
 
-import re
 from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from itertools import groupby
-from typing import Final
 
 from hawk.model.lot_map import Stall
+from hawk.results.label_parts import SEPARATOR
 from hawk.results.row_labels import letters, row_labels
-
-_SEPARATOR: Final = " "
-_NUMBERED: Final = re.compile(r"(.*?)([ .-]*)([0-9]{1,9})")
-
-
-@dataclass(frozen=True, slots=True)
-class LabelParts:
-    """A label with a number behind the name of its row, as "B 12", "P2-014" or "7"."""
-
-    row: str
-    separator: str
-    digits: str
-
-    @property
-    def number(self) -> int:
-        """The number."""
-        return int(self.digits)
-
-    def with_number(self, number: int) -> str:
-        """Return the label with another number, of as many digits where it has zeros in front."""
-        width = len(self.digits) if self.digits.startswith("0") else 1
-        return f"{self.row}{self.separator}{number:0{width}}"
-
-    def in_row(self, row: str) -> str:
-        """Return the label of this number in another row."""
-        return f"{row}{self.separator if self.row else _SEPARATOR}{self.digits}"
-
-
-def numbered(label: str) -> LabelParts | None:
-    """Return a label by its parts; None for one without a number at its end."""
-    found = _NUMBERED.fullmatch(label)
-    return None if found is None else LabelParts(*found.groups())
-
-
-def reading_order(label: str) -> tuple[str, int, str]:
-    """Return by what labels are in order: row, number, text."""
-    parts = numbered(label)
-    return (label, 0, label) if parts is None else (parts.row, parts.number, label)
 
 
 def lasting_labels(stalls: Mapping[int, Stall], kept: Mapping[int, str], used: Collection[str]) -> dict[int, str]:
@@ -75,8 +35,8 @@ def lasting_labels(stalls: Mapping[int, Stall], kept: Mapping[int, str], used: C
         letter = known.most_common(1)[0][0] if known else next(unused)
         numbers = [each[1] if each is not None and each[0] == letter else None for each in parts]
         for key, number in zip(members, _filled(numbers, letter, taken, highest.get(letter, 0)), strict=True):
-            labels.setdefault(key, f"{letter}{_SEPARATOR}{number}")
-        highest |= _highest([*(labels[key] for key in members), f"{letter}{_SEPARATOR}{highest.get(letter, 0)}"])
+            labels.setdefault(key, f"{letter}{SEPARATOR}{number}")
+        highest |= _highest([*(labels[key] for key in members), f"{letter}{SEPARATOR}{highest.get(letter, 0)}"])
     return labels
 
 
@@ -94,10 +54,10 @@ def _filled(numbers: Sequence[int | None], letter: str, taken: set[str], highest
             left = [number for number in numbers[:place] if number is not None][-2:]
             right = [number for number in numbers[place + len(members) :] if number is not None][:2]
             found = _between(left, right, len(members))
-            if any(number < 1 or f"{letter}{_SEPARATOR}{number}" in taken for number in found) or not found:
+            if any(number < 1 or f"{letter}{SEPARATOR}{number}" in taken for number in found) or not found:
                 found = list(range(highest + 1, highest + 1 + len(members)))
             highest = max(highest, *found)
-            taken.update(f"{letter}{_SEPARATOR}{number}" for number in found)
+            taken.update(f"{letter}{SEPARATOR}{number}" for number in found)
             yield from found
         place += len(members)
 
@@ -136,5 +96,5 @@ def _highest(labels: Collection[str]) -> dict[str, int]:
 
 def parts_of(label: str) -> tuple[str, int] | None:
     """Return the row's name and the number of a label such as "B 12"; None for another form."""
-    row, _, number = label.rpartition(_SEPARATOR)
+    row, _, number = label.rpartition(SEPARATOR)
     return (row, int(number)) if row and number.isascii() and number.isdecimal() else None

@@ -18,6 +18,7 @@ import cv2
 import numpy as np
 
 from hawk.model.lot_map import Stall
+from hawk.results.label_parts import reading_order
 from hawk.results.map_picture import map_picture
 from hawk.results.row_labels import row_labels
 from hawk.results.survey_map import Made, SurveyMap, to_global
@@ -110,15 +111,17 @@ def _feature(stall: Values, ring: Ring) -> dict[str, Any]:
 
 
 def map_csv(survey: SurveyMap, made: Made) -> bytes:
-    """Return the table of a live map's stalls, in the order of their ids."""
-    return stalls_csv(_values(survey), made.values())
+    """Return the table of a live map's stalls, in the order of their labels."""
+    return stalls_csv([values for _, values in _listed(survey)], made.values())
 
 
 def map_geojson(survey: SurveyMap, made: Made) -> bytes:
-    """Return the stalls of a live map as GeoJSON, in the order of their ids."""
-    corners = [survey.stalls[key].corners()[[0, 1, 2, 3, 0]] for key in sorted(survey.stalls)]
+    """Return the stalls of a live map as GeoJSON, in the order of their labels."""
+    listed = _listed(survey)
+    corners = [stall.corners()[[0, 1, 2, 3, 0]] for stall, _ in listed]
     places = to_global(survey.datum, np.concatenate([np.empty((0, 2)), *corners])).reshape(-1, 5, 2)
-    return stalls_geojson(_values(survey), np.round(places[..., ::-1], DEGREES).tolist(), made.values())
+    rings = np.round(places[..., ::-1], DEGREES).tolist()
+    return stalls_geojson([values for _, values in listed], rings, made.values())
 
 
 def write_map(folder: Path, survey: SurveyMap, made: Made) -> None:
@@ -130,16 +133,19 @@ def write_map(folder: Path, survey: SurveyMap, made: Made) -> None:
         (folder / name).write_bytes(data)
 
 
-def _values(survey: SurveyMap) -> list[Values]:
-    """Return the stalls of a map by column; on a known lot they have the labels of its plan, else those of rows.
+def _listed(survey: SurveyMap) -> list[tuple[Stall, Values]]:
+    """Return the stalls of a map with their columns, in the order of their labels, those without one behind.
+
+    On a known lot they have the labels of its plan, else those of rows.
 
     A stall that the plan has not gets a label when it is taken over.
     """
-    ordered = [survey.stalls[key] for key in sorted(survey.stalls)]
-    labels = {stall.id: stall.label for stall in ordered if stall.label} or row_labels(survey.stalls)
+    labels = {key: stall.label for key, stall in survey.stalls.items() if stall.label} or row_labels(survey.stalls)
+    order = sorted(survey.stalls, key=lambda key: (key not in labels, reading_order(labels.get(key, "")), key))
+    ordered = [survey.stalls[key] for key in order]
     places = to_global(survey.datum, np.array([(stall.north, stall.east) for stall in ordered]).reshape(-1, 2))
     return [
-        _stall_values(stall, labels.get(stall.id, ""), *place)
+        (stall, _stall_values(stall, labels.get(stall.id, ""), *place))
         for stall, place in zip(ordered, places.tolist(), strict=True)
     ]
 

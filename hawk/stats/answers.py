@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hawk.lots.answers import Count, CountedSurvey, Share, Shown
+from hawk.lots.answers import Count, CountedSurvey, Share, Shown, Utc
 from hawk.lots.plan.values import Id
 from hawk.stats.values import Estimate
 
@@ -20,14 +20,23 @@ class SurveyUse(CountedSurvey):
     left_out_code: Literal["", "unregistered", "no_time", "no_looks"]
 
 
+class SurveyBeside(Shown):
+    """A survey next to those of an answer."""
+
+    id: Id
+    ended: Utc
+
+
 class SurveysUse(Shown):
-    """Surveys of a lot in a period, the newest first."""
+    """Surveys of a lot in a period, the newest first. `earlier`, `later`: the surveys next to these."""
 
     lot: Id
     name: str
     clock: str
     interval: Share
     surveys: list[SurveyUse]
+    earlier: SurveyBeside | None
+    later: SurveyBeside | None
 
 
 class StallsUse(Shown):

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Final, Literal
 
 import numpy as np
 from pydantic import Field
 
 from hawk.lots.answers import Count, Shown
+from hawk.lots.plan import geometry
 from hawk.lots.plan.values import Id
 from hawk.stats.counts import WIDER
 from hawk.stats.values import (
@@ -22,54 +23,125 @@ from hawk.stats.values import (
     Estimate,
     Figure,
     Floats,
+    Floats32,
     Group,
+    Ints,
     Panel,
+    States,
     summed,
 )
 
-LEAST_LOOKS = 2
+LEAST_LOOKS: Final = 2
 """Surveys with a state of a stall, from which it counts as never or always taken."""
+
+
+SAME_GROUND: Final = 0.5
+"""Of the smaller one of two stalls of different layouts that overlap by more than this both are one, drawn again."""
+
+State = Literal["free", "taken", "unknown"]
+_STATE: Final[Mapping[int, State]] = {FREE: "free", TAKEN: "taken", UNSEEN: "unknown"}
 
 
 @dataclass(frozen=True, slots=True)
 class StateChange:
-    """A stall whose state changed; `taken`: now. `chance`: probability that both states are right."""
+    """A stall whose state changed. `chance`: probability that both states are right; null where one is unclear.
+    `earlier`: the stall of the survey before, another one where the plan's was drawn again.
+    """
 
     id: Id
     label: str
-    taken: bool
-    chance: Annotated[Figure, Field(ge=0, le=1)]
+    earlier: Id
+    before: State
+    after: State
+    chance: Annotated[Figure, Field(ge=0, le=1)] | None
+
+
+@dataclass(frozen=True, slots=True)
+class LoneStall:
+    """A stall that the layout of one of two surveys alone has."""
+
+    id: Id
+    label: str
 
 
 class Changed(Shown):
-    """Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `came`
-    and `left`: stalls that are taken, free now.
+    """Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `free`:
+    by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `redrawn`: stalls
+    that were drawn again, compared by their ground; `new` and `gone` are not compared.
     """
 
     compared: Count
     unknown: Count
+    free: Estimate
     came: Estimate
     left: Estimate
     stalls: tuple[StateChange, ...]
+    redrawn: Count
+    new: tuple[LoneStall, ...]
+    gone: tuple[LoneStall, ...]
 
 
 def changes_between(panel: Panel, before: int, after: int) -> Changed:
-    """Return what changed between two surveys of a panel."""
-    there = panel.is_there[before] & panel.is_there[after]
-    first, then = panel.state[before], panel.state[after]
-    both = there & (first != UNSEEN) & (then != UNSEEN)
-    one, other = np.nan_to_num(panel.taken[before]), np.nan_to_num(panel.taken[after])
+    """Return what changed between two surveys of a panel, in the order of its stalls."""
+    in_both = np.flatnonzero(panel.is_there[before] & panel.is_there[after])
+    gone = np.flatnonzero(panel.is_there[before] & ~panel.is_there[after])
+    new = np.flatnonzero(panel.is_there[after] & ~panel.is_there[before])
+    again = _drawn_again(panel, gone, new)
+    earlier = np.concatenate([in_both, np.fromiter(again, np.int64)])
+    later = np.concatenate([in_both, np.fromiter(again.values(), np.int64)])
+    order = np.argsort(later)
+    earlier, later = earlier[order], later[order]
+    first, then = panel.state[before][earlier], panel.state[after][later]
+    both = (first != UNSEEN) & (then != UNSEEN)
+    one, other = np.nan_to_num(panel.taken[before][earlier]), np.nan_to_num(panel.taken[after][later])
+    came, left = (1 - one) * other, one * (1 - other)
     found = []
-    for k in np.flatnonzero(both & (first != then)).tolist():
-        is_taken = bool(then[k] == TAKEN)
-        chance = (1 - one[k]) * other[k] if is_taken else one[k] * (1 - other[k])
-        found.append(StateChange(panel.stalls[k].id, panel.stalls[k].label, is_taken, float(chance)))
-    unknown = int(there.sum()) - int(both.sum())
+    for k in np.flatnonzero(first != then).tolist():
+        chance = float((came if then[k] == TAKEN else left)[k]) if both[k] else None
+        stall, was = panel.stalls[later[k]], panel.stalls[earlier[k]]
+        states = _STATE[int(first[k])], _STATE[int(then[k])]
+        found.append(StateChange(stall.id, stall.label, was.id, *states, chance))
+    unknown = len(both) - int(both.sum())
     return Changed(
-        stalls=tuple(found), compared=int(both.sum()), unknown=unknown,
-        came=_counted(both & (first == FREE) & (then == TAKEN), (1 - one) * other, both, unknown, 2),
-        left=_counted(both & (first == TAKEN) & (then == FREE), one * (1 - other), both, unknown, 2),
+        stalls=tuple(found), compared=int(both.sum()), unknown=unknown, free=_more_free(first, then, one, other, both),
+        came=_counted(both & (first == FREE) & (then == TAKEN), came, both, unknown, 2),
+        left=_counted(both & (first == TAKEN) & (then == FREE), left, both, unknown, 2),
+        redrawn=len(again), new=_lone(panel, new, again.values()), gone=_lone(panel, gone, again),
     )  # fmt: skip
+
+
+def _drawn_again(panel: Panel, gone: Ints, new: Ints) -> dict[int, int]:
+    """Return which of the stalls that are gone lie where a new one does, each once: the largest share first."""
+    shapes = np.array([stall.shape for stall in panel.stalls], np.float64).reshape(-1, 5)
+    pairs = geometry.overlaps_between(shapes[gone], shapes[new], SAME_GROUND)
+    found: dict[int, int] = {}
+    used: set[int] = set()
+    for one, other, _ in sorted(pairs, key=lambda pair: -pair[2]):
+        was, stall = int(gone[one]), int(new[other])
+        if was not in found and stall not in used:
+            found[was] = stall
+            used.add(stall)
+    return found
+
+
+def _lone(panel: Panel, stalls: Ints, compared: Collection[int]) -> tuple[LoneStall, ...]:
+    return tuple(LoneStall(panel.stalls[k].id, panel.stalls[k].label) for k in stalls.tolist() if k not in compared)
+
+
+def _more_free(first: States, then: States, one: Floats32, other: Floats32, both: Bools) -> Estimate:
+    """Return how many more of the compared stalls are free.
+
+    States of two surveys err each for itself, those of one together (`hawk.stats.counts`): the variances of both
+    numbers of free stalls are added.
+    """
+    if not both.any():
+        return NOTHING
+    more = float((both & (then == FREE)).sum()) - float((both & (first == FREE)).sum())
+    off = DEVIATIONS * float(
+        np.sqrt(WIDER * sum((each * (1 - each))[both].sum(dtype=np.float64) for each in (one, other)))
+    )
+    most = float(both.sum())
+    return Estimate(more, max(more - off, -most), min(more + off, most), 2)
 
 
 @dataclass(frozen=True, slots=True)

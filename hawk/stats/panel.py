@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from datetime import tzinfo
 from typing import Final
@@ -21,6 +21,7 @@ from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.survey.order import has_been, is_sure
 from hawk.lots.values import PLACED, NotFoundError, moment
 from hawk.model.lot_map import StallState
+from hawk.results.label_parts import reading_order
 from hawk.stats.values import (
     FREE,
     NO_TIME,
@@ -39,7 +40,7 @@ from hawk.stats.values import (
 )
 
 _SURVEY: Final = ("seq", "id", "ended", "placed", "layout")
-_STALL: Final = ("key", "id", "label", "kind", "north", "east", "begins", "ends")
+_STALL: Final = ("key", "id", "label", "kind", "north", "east", "angle", "width", "length", "begins", "ends")
 UNREGISTERED: Final = "not registered: it is not certain where it lies on the lot; choose its place under Lots"
 MOST_KEPT: Final = 4_000_000
 """Looks of the most surveys that are kept: 24 MB, and at most as much again for a part of them."""
@@ -143,14 +144,18 @@ class _Kept:
     panel: Panel
 
 
-def read_panel(connection: Connection, lot: str, period: Period) -> Panel:
+def read_panel(
+    connection: Connection, lot: str, period: Period, surveys: Collection[str] | None = None
+) -> Panel:  # fmt: skip
     """Return the looks of a lot's surveys in a period, by the mean time of their looks. Surveys whose place or time is
-    not sure are left out.
+    not sure are left out. ``surveys``: ids of some; these alone are read.
 
     A stall counts in the surveys whose layout has it. What was read is kept with the connection until the store
     changes or more is asked for: a page asks for parts of the same period, one by one. Raises NotFoundError,
     LotStoreError.
     """
+    if surveys is not None:
+        return _read(connection, lot, period, SURVEY.c.id.in_(surveys)).panel(period)
     version = version_of(connection)
     kept: _Kept | None = connection.info.get(_KEPT)
     if kept is not None and kept.version == version and kept.looked.lot == lot and period.is_within(kept.period):
@@ -168,12 +173,12 @@ def read_panel(connection: Connection, lot: str, period: Period) -> Panel:
     return panel
 
 
-def _read(connection: Connection, lot: str, period: Period) -> _Looked:
+def _read(connection: Connection, lot: str, period: Period, *of: ColumnElement[bool]) -> _Looked:
     name = connection.execute(select(LOT.c.name).where(LOT.c.id == lot, LOT.c.merged_into.is_(None))).scalar()
     if name is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
     columns = (*(SURVEY.c[each] for each in _SURVEY), is_sure(), has_been())
-    asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have())
+    asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have(), *of)
     rows = connection.execute(asked.order_by(SURVEY.c.ended)).all()
     why = [_why_not(row[3], time_is_sure=row[5], has_been=row[6]) for row in rows]
     looks = looks_of(connection, [row[0] for row, reason in zip(rows, why, strict=True) if not reason])
@@ -182,9 +187,8 @@ def _read(connection: Connection, lot: str, period: Period) -> _Looked:
     line = {row[0]: number for number, row in enumerate(used)}
     newest = newest_layout(connection, lot)
     layouts = np.array([newest if row[4] is None else row[4] for row in used], np.int64)
-    stalls = connection.execute(
-        select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
-    ).all()
+    asked = select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
+    stalls = sorted(connection.execute(asked).all(), key=lambda row: reading_order(row.label))
     begins = np.array([row.begins for row in stalls], np.int64)
     ends = np.array([_NO_END if row.ends is None else row.ends for row in stalls], np.int64)
     is_there = (begins <= layouts[:, None]) & (layouts[:, None] < ends)
@@ -207,7 +211,7 @@ def _why_not(placed: str, *, time_is_sure: bool, has_been: bool) -> str:
 
 
 def _table(looks: Looks, lines: Ints, keys: Ints) -> tuple[Floats32, States]:
-    """Return probability and state (S, N) of the stalls with some keys, which rise.
+    """Return probability and state (S, N) of the stalls with some keys.
 
     ``lines``: where each survey of ``looks`` stands.
     """
@@ -215,7 +219,7 @@ def _table(looks: Looks, lines: Ints, keys: Ints) -> tuple[Floats32, States]:
     taken, state = np.full(size, np.nan, np.float32), np.full(size, UNSEEN, np.int8)
     if not taken.size or not len(looks.stall):
         return taken, state
-    highest = max(int(keys[-1]), int(looks.stall.max()))
+    highest = max(int(keys.max()), int(looks.stall.max()))
     columns = np.full(highest + 1, -1, np.int64)
     columns[keys] = np.arange(len(keys))
     column = columns[looks.stall]
@@ -244,7 +248,12 @@ def _counted(connection: Connection, lot: str, rows: Sequence[Row[tuple[object, 
     inside = [(zone.name, geometry.within(ring_of(zone.outline), places)) for zone in zones]
     return tuple(
         PanelColumn(
-            row.id, row.label, _row_of(row.label), row.kind, tuple(name for name, lies in inside if lies[number])
+            row.id,
+            row.label,
+            _row_of(row.label),
+            row.kind,
+            tuple(name for name, lies in inside if lies[number]),
+            (row.north, row.east, row.angle, row.width, row.length),
         )
         for number, row in enumerate(rows)
     )

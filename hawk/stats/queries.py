@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Connection, RowMapping, select
+from sqlalchemy import ColumnElement, Connection, RowMapping, func, select, tuple_
 
 from hawk.lots.rows import readable
-from hawk.lots.schema import SURVEY
+from hawk.lots.schema import LOOKS, SURVEY
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
-from hawk.stats.answers import StallsUse, SurveysUse, SurveyUse
+from hawk.stats.answers import StallsUse, SurveyBeside, SurveysUse, SurveyUse
 from hawk.stats.changes import Changed, changes_between
 from hawk.stats.counts import count
 from hawk.stats.figures import Figures, figures
 from hawk.stats.hour_use import AskedUse, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
+from hawk.stats.period import period_of_lot
 from hawk.stats.use_query import Asked
 from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, whole
 
@@ -42,32 +44,48 @@ def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> Asked
     return asked_use(read_panel(connection, lot, period), asked)
 
 
-def changes(connection: Connection, lot: str, before: str, after: str, period: Period) -> Changed:
+def changes(connection: Connection, lot: str, before: str, after: str) -> Changed:
     """Return what changed from one survey of a lot to another one, by their ids.
 
-    Raises LotInputError for a survey that the period has not, or whose place or time is not sure; NotFoundError.
+    Raises LotInputError for a survey that the lot has not, or whose place or time is not sure; NotFoundError.
     """
-    panel = read_panel(connection, lot, period)
+    panel = read_panel(connection, lot, period_of_lot(connection, lot), (before, after))
     numbers = {survey.id: number for number, survey in enumerate(panel.surveys)}
     reasons = {each.survey: each.why for each in panel.left_out}
     for field, survey in (("before", before), ("after", after)):
         if survey not in numbers:
-            words = reasons.get(survey, "is no survey of this lot and period: name another one")
+            words = reasons.get(survey, "is no survey of this lot: name another one")
             raise LotInputError(field, words)
     return changes_between(panel, numbers[before], numbers[after])
 
 
-def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
+def surveys_use(
+    connection: Connection, lot: str, period: Period, survey: str | None = None, newest: int | None = None
+) -> SurveysUse:  # fmt: skip
     """Return the surveys of a lot that the figures of a period use or leave out, the newest first.
 
-    ``occupancy``: share of taken stalls with its interval, by the looks. ``left_out``: why no figure uses a survey, ""
-    for the others. Raises NotFoundError, LotStoreError.
+    Args:
+        connection: A reading connection.
+        lot: Its id.
+        period: The period.
+        survey: This survey alone.
+        newest: The most surveys, the newest of the period.
+
+    Returns:
+        Of each survey ``occupancy``, the share of taken stalls with its interval, by the looks, and ``left_out``, why
+        no figure uses it, "" for the others.
+
+    Raises:
+        NotFoundError: There is no such lot.
+        LotStoreError: The store cannot be read.
     """
-    panel = read_panel(connection, lot, period)
+    chosen = _chosen(connection, lot, period, survey, newest)
+    panel = read_panel(connection, lot, period, chosen)
     shares = dict(zip((survey.id for survey in panel.surveys), count(panel, whole(panel)).shares(), strict=True))
     reasons = {each.survey: each.why for each in panel.left_out}
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
-    asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have()).order_by(*newest_first())
+    is_of = SURVEY.c.lot == lot if chosen is None else SURVEY.c.id.in_(chosen)
+    asked = select(*columns).where(is_of, *period.may_have()).order_by(*newest_first())
     rows = [row for row in connection.execute(asked).mappings() if row["id"] in shares or row["id"] in reasons]
 
     def use(pair: tuple[RowMapping, dict[str, Any]]) -> SurveyUse:
@@ -81,7 +99,49 @@ def surveys_use(connection: Connection, lot: str, period: Period) -> SurveysUse:
     return SurveysUse(
         lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
         surveys=readable(use, zip(rows, counts_of(connection, rows), strict=True)),
+        earlier=_beside(connection, lot, period, rows, is_earlier=True),
+        later=_beside(connection, lot, period, rows, is_earlier=False),
     )  # fmt: skip
+
+
+_MOMENT: Final = func.coalesce(
+    select(LOOKS.c.at).where(LOOKS.c.survey == SURVEY.c.seq).scalar_subquery(), SURVEY.c.ended
+)
+"""When a survey counts: the mean time of its looks, the end of one without."""
+
+
+def _chosen(
+    connection: Connection, lot: str, period: Period, survey: str | None, newest: int | None
+) -> tuple[str, ...] | None:  # fmt: skip
+    """Return the ids of the surveys that are asked for; None: all of the period."""
+    if survey is not None:
+        return (survey,)
+    if newest is None:
+        return None
+    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, *period.holds(_MOMENT)).order_by(*newest_first())
+    return tuple(str(each) for each in connection.execute(asked.limit(newest)).scalars())
+
+
+def _beside(
+    connection: Connection, lot: str, period: Period, rows: Sequence[RowMapping], *, is_earlier: bool
+) -> SurveyBeside | None:  # fmt: skip
+    """Return the survey next to those in ``rows``, or to the period where there are none; of one moment by number."""
+    place = (_MOMENT, SURVEY.c.seq)
+    order = [each.desc() if is_earlier else each for each in place]
+    is_beside: ColumnElement[bool]
+    if rows:
+        shown = select(*place).where(SURVEY.c.seq.in_([row["seq"] for row in rows]))
+        ends = [each if is_earlier else each.desc() for each in place]
+        end = tuple_(*connection.execute(shown.order_by(*ends).limit(1)).one())
+        here = tuple_(*place)
+        is_beside = here < end if is_earlier else here > end
+    elif (at := period.begin if is_earlier else period.end) is None:
+        return None
+    else:
+        is_beside = at > _MOMENT if is_earlier else at <= _MOMENT
+    asked = select(SURVEY.c.id, SURVEY.c.ended).where(SURVEY.c.lot == lot, is_beside).order_by(*order).limit(1)
+    row = connection.execute(asked).first()
+    return None if row is None else SurveyBeside(id=row.id, ended=moment(row.ended))
 
 
 def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:

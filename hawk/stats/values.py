@@ -36,6 +36,7 @@ FREE: Final = 0
 TAKEN: Final = 1
 UNSEEN: Final = -1
 """States of a look; the last one is also that of a stall that was looked at without certainty."""
+Shape = tuple[float, float, float, float, float]
 Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
 WEEKDAYS: Final[tuple[Weekday, ...]] = get_args(Weekday)
 Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]
@@ -49,13 +50,17 @@ NOT_YET: Final = "its time is later than now: map its pictures again, with --tak
 
 @dataclass(frozen=True, slots=True)
 class PanelColumn:
-    """A stall: ``row`` is the letter of its label, ``kind`` OSM's value, ``zones`` the names of those it lies in."""
+    """A stall: ``row`` is the letter of its label, ``kind`` OSM's value, ``zones`` the names of those it lies in.
+
+    ``shape``: north, east, angle, width, length in the lot's frame.
+    """
 
     id: str
     label: str
     row: str
     kind: str
     zones: tuple[str, ...] = ()
+    shape: Shape = (0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True)

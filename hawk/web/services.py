@@ -6,6 +6,7 @@ import secrets
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 from pathlib import Path
 from typing import Final
 
@@ -109,6 +110,10 @@ class WebServices:
     Raises ValueError with the words for a file that holds none."""
     is_desk: bool = False
     """No drone is here: the page shows lots and plans alone."""
+    due: Callable[[str, str, float | None, float, int], list[datetime]] = lambda *_: []
+    """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
+    for how many days.
+    """
     lots: LotStore | None = None
     """Lots and surveys that last; None: there are none here."""
     folder: Path | None = None

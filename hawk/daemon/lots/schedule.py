@@ -52,6 +52,31 @@ def moment_due(entry: ScheduledSurvey, now: datetime) -> datetime | None:
     return None
 
 
+def moments_due(
+    entries: Sequence[ScheduledSurvey], lot: str, name: str, last: float | None, now: float, days: int
+) -> list[datetime]:  # fmt: skip
+    """Return when surveys of a lot are due from now on, with those that have come, are not over, and are not flown.
+
+    Which surveys were due earlier is not known: the settings do not say since when they are so.
+    """
+    found = set()
+    for entry in entries:
+        if entry.lot not in (lot, name):
+            continue
+        clock = entry.clock()
+        begin = datetime.fromtimestamp(now, clock)
+        come = moment_due(entry, begin)
+        if come is not None and not is_flown(last, come):
+            found.add(come)
+        hour, minute = (int(part) for part in entry.at.split(":"))
+        for number in range(days + 1):
+            day = (begin + timedelta(days=number)).date()
+            moment = datetime.combine(day, time(hour, minute), clock)
+            if DAYS[day.weekday()] in entry.days and begin < moment <= begin + timedelta(days=days):
+                found.add(moment)
+    return sorted(found)
+
+
 def is_flown(last: float | None, moment: datetime) -> bool:
     """Return True when a survey that ended at ``last``, Unix seconds, is the one that was due at a moment."""
     return last is not None and last >= (moment - EARLY).timestamp()

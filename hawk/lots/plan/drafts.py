@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hawk.lots.labels import LabelParts, numbered, parts_of, reading_order
+from hawk.lots.labels import parts_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import (
     LENGTHS_M,
@@ -41,6 +41,7 @@ from hawk.lots.plan.operations import (
 )
 from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
+from hawk.results.label_parts import LabelParts, numbered, reading_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +214,7 @@ def _reversed(labels: Sequence[str]) -> list[str]:
     """Return the labels of each row in the other order."""
     rows: dict[str, list[str]] = defaultdict(list)
     for label in sorted(labels, key=reading_order):
-        rows[reading_order(label)[0] if numbered(label) else ""].append(label)
+        rows[reading_order(label)[1] if numbered(label) else ""].append(label)
     other = {one: another for row in rows.values() for one, another in zip(row, reversed(row), strict=True)}
     return [other[label] for label in labels]
 

@@ -171,6 +171,12 @@ class Problem(Shown):
     since: Annotated[Utc | None, Field(description="beginning of that edit")] = None
 
 
+class DueList(Shown):
+    """Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them."""
+
+    items: list[Utc]
+
+
 class RecordedLot(Shown):
     """Lot of a recorded flight."""
 

@@ -19,6 +19,7 @@ from hawk.stats.partition import Partition
 from hawk.web.access.admission import TOKEN_PARAMETER
 
 MOST_ITEMS: Final = 1000
+MOST_DAYS: Final = 62
 USUAL_ITEMS: Final = 100
 LONGEST_PLACE: Final = 36
 """Characters of a place in a list: those of an id."""
@@ -200,7 +201,22 @@ class PlanPart(Query):
     layout: Annotated[Whole | None, Field(description="version of the layout, for the plan as it was in it")] = None
 
 
-class Between(Period):
+class SurveysOf(Period):
+    """Surveys of a period: all, one, or the newest."""
+
+    survey: Annotated[Id | None, Field(description="this survey alone")] = None
+    newest: Annotated[
+        int | None, Field(ge=1, le=MOST_ITEMS, description="number of the newest that are asked for"), OF_DIGITS
+    ] = None  # fmt: skip
+
+
+class Days(Query):
+    """Some days from now on."""
+
+    days: Annotated[int, Field(ge=1, le=MOST_DAYS, description="number of days from now on"), OF_DIGITS] = 7
+
+
+class Between(Query):
     """Two surveys of a lot."""
 
     before: Annotated[Id, Field(description="the earlier survey")]

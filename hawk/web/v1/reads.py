@@ -161,9 +161,10 @@ def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
     return Answer(uses.ask(connection, asked.id, _period(connection, asked), question))
 
 
-def surveys_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
+def surveys_use(connection: Connection, asked: Request[forms.SurveysOf]) -> Answer:
     """Return the surveys of a lot with the share of taken stalls of each."""
-    return Answer(uses.surveys_use(connection, asked.id, _period(connection, asked)))
+    query, period = asked.query, _period(connection, asked)
+    return Answer(uses.surveys_use(connection, asked.id, period, query.survey, query.newest))
 
 
 def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
@@ -174,7 +175,7 @@ def stalls_use(connection: Connection, asked: Request[forms.Period]) -> Answer:
 def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
     query = asked.query
-    return Answer(uses.changes(connection, asked.id, query.before, query.after, _period(connection, asked)))
+    return Answer(uses.changes(connection, asked.id, query.before, query.after))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:

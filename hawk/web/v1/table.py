@@ -15,7 +15,7 @@ from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
-from hawk.web.v1 import bodies, exports, links, parameters, plan_files, recordings
+from hawk.web.v1 import bodies, due, exports, links, parameters, plan_files, recordings
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
@@ -107,7 +107,7 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
         one("/statistics/ask", "ask", "Use of parts of a lot at some hours of the week; `hawk-drone stats` prints it",
             STATISTICS, reads.ask, AskedUse, parameters.UseQuery, keep_missing_looks),
         one("/statistics/surveys", "surveys_use", "Surveys of a lot, each with its share of taken stalls", STATISTICS,
-            reads.surveys_use, figures.SurveysUse, parameters.Period, keep_missing_looks),
+            reads.surveys_use, figures.SurveysUse, parameters.SurveysOf, keep_missing_looks),
         one("/statistics/stalls", "stalls_use", "Stalls of a lot by the share of surveys that found them taken",
             STATISTICS, reads.stalls_use, figures.StallsUse, parameters.Period, keep_missing_looks),
         one("/statistics/between", "between", "Changes of a lot's stalls from one survey to another one", STATISTICS,
@@ -212,6 +212,8 @@ _RECORDINGS: Final = (
 )  # fmt: skip
 
 _FEEDS: Final = (
+    Operation("GET", "/lots/{id}/due", "due", "When surveys of a lot are due, by `[[schedule]]`", SURVEYS, due.listed,
+               bodies.DueList, parameters.Days),
     Operation("GET", "/lots/{id}/feeds/{feed}", "feed", f"A lot in the words of a receiver: {_NAMED}", FEEDS,
               exports.feed, None, parameters.FeedOptions, content_types=_FEED_TYPES),
     Operation("GET", "/surveys/{id}/ground", "survey_ground", "Where the tiles of a survey's picture lie", SURVEYS,

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hawk.lots.labels import lasting_labels, numbered, parts_of
+from hawk.lots.labels import lasting_labels, parts_of
 from hawk.lots.values import Detection
 from hawk.model.lot_map import Stall
+from hawk.results.label_parts import numbered
 from tests.unit.lots.surveys import stall
 
 

@@ -28,13 +28,12 @@ def survey() -> SurveyMap:
     return flown_map()
 
 
-def test_csv_has_a_line_a_stall_in_the_order_of_ids(survey: SurveyMap) -> None:
+def test_csv_has_a_line_a_stall_in_the_order_of_labels(survey: SurveyMap) -> None:
     rows = list(csv.DictReader(io.StringIO(map_csv(survey, MADE).decode())))
-    assert [row["stall_id"] for row in rows] == ["2", "3", "7", "9"]
-    assert [row["state"] for row in rows] == ["taken", "unknown", "free", "suggested"]
+    assert [(row["stall_id"], row["label"]) for row in rows] == [("7", "A 1"), ("3", "B 1"), ("2", "C 1"), ("9", "")]
+    assert [row["state"] for row in rows] == ["free", "unknown", "taken", "suggested"]
     assert tuple(rows[0]) == CSV_COLUMNS
-    assert rows[2]["state"] == "free"
-    assert float(rows[2]["direction_deg"]) == pytest.approx(30.0)
+    assert float(rows[0]["direction_deg"]) == pytest.approx(30.0)
 
 
 def test_tables_and_polygons_name_their_survey_moment_and_software(survey: SurveyMap) -> None:
@@ -51,7 +50,7 @@ def test_stalls_of_a_known_lot_have_the_labels_of_its_plan_and_others_none(surve
     rows = csv.DictReader(io.StringIO(map_csv(survey, MADE).decode()))
     assert {row["stall_id"]: row["label"] for row in rows} == {"2": "", "3": "", "7": "P-101", "9": ""}
     features = json.loads(map_geojson(survey, MADE))["features"]
-    assert [feature["properties"]["ref"] for feature in features] == ["", "", "P-101", ""]
+    assert [feature["properties"]["ref"] for feature in features] == ["P-101", "", "", ""]
 
 
 def test_geojson_polygons_are_where_the_stalls_are(survey: SurveyMap) -> None:

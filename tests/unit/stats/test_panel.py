@@ -195,12 +195,18 @@ def test_changes_between_two_surveys_name_the_stalls(store: Database) -> None:
     lot = lot_of(store, seen({1: StallState.TAKEN, 4: StallState.UNKNOWN}), later(seen({2: StallState.TAKEN}), 2))
     with store.reading() as connection:
         before, after = connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all()
-        found = changes(connection, lot, before, after, EVER)
-        with pytest.raises(LotInputError, match="after: is no survey of this lot and period"):
-            changes(connection, lot, before, "nobody", EVER)
-    assert [(each.label, each.taken) for each in found.stalls] == [("A 1", False), ("A 2", True)]
+        found = changes(connection, lot, before, after)
+        with pytest.raises(LotInputError, match="after: is no survey of this lot"):
+            changes(connection, lot, before, "nobody")
+    states = [("A 1", "taken", "free"), ("A 2", "free", "taken"), ("A 4", "unknown", "free")]
+    assert [(each.label, each.before, each.after) for each in found.stalls] == states
+    assert found.stalls[2].chance is None
     assert (found.compared, found.unknown, found.came.value, found.left.value) == (19, 1, 1.0, 1.0)
-    assert np.isclose(found.stalls[0].chance, 0.99 * 0.99, atol=1e-3)
+    assert (found.free.value, found.redrawn, found.new, found.gone) == (0.0, 0, (), ())
+    assert found.free.low is not None
+    assert found.free.high is not None
+    assert found.free.low < 0 < found.free.high
+    assert found.stalls[0].chance == pytest.approx(0.99 * 0.99, abs=1e-3)
 
 
 def test_an_unknown_lot_is_refused_by_name(store: Database) -> None:

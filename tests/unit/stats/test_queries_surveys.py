@@ -11,10 +11,12 @@ from hawk.lots import commands
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import PictureSource, SourceKind
-from hawk.lots.values import NotFoundError
+from hawk.lots.values import FinishedSurvey, NotFoundError
 from hawk.model.lot_map import StallState
+from hawk.stats.answers import SurveysUse
+from hawk.stats.period import period_of
 from hawk.stats.queries import surveys_use
-from tests.unit.lots import whole
+from tests.unit.lots import surveys, whole
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
 
@@ -75,3 +77,35 @@ def test_a_deleted_survey_is_in_no_list_and_comes_back_whole(store: Database) ->
 def test_a_lot_that_is_not_there_is_named(store: Database) -> None:
     with store.reading() as connection, pytest.raises(NotFoundError, match="there is no lot with this id"):
         surveys_use(connection, "0" * 36, EVER).model_dump(mode="json")
+
+
+@pytest.mark.slow
+def test_one_survey_the_newest_and_those_of_a_period_say_which_lie_beside_them(store: Database) -> None:
+    lot = lot_of(store, *(flown_on(day) for day in range(4)))
+    with store.reading() as connection:
+        ids = [each.id for each in surveys_use(connection, lot, EVER).surveys]
+        one = surveys_use(connection, lot, EVER, survey=ids[1])
+        newest = surveys_use(connection, lot, EVER, newest=2)
+        day = period_of("2026-02-03", "2026-02-03", "UTC")
+        some, none = (
+            surveys_use(connection, lot, day),
+            surveys_use(connection, lot, period_of("2026-02-09", None, "UTC")),
+        )
+    found = [([each.id for each in use.surveys], beside(use)) for use in (one, newest, some, none)]
+    assert found == [
+        ([ids[1]], (ids[2], ids[0])),
+        (ids[:2], (ids[2], None)),
+        ([ids[2]], (ids[3], ids[1])),
+        ([], (ids[0], None)),
+    ]
+
+
+def flown_on(day: int) -> FinishedSurvey:
+    """Return a survey of some day, its looks too."""
+    one = surveys.later(seen({}), day, 24.0 * day)
+    return replace(one, stalls=tuple(replace(stall, looked=one.ended - 60) for stall in one.stalls))
+
+
+def beside(use: SurveysUse) -> tuple[str | None, str | None]:
+    """Return the ids of the surveys beside those of an answer."""
+    return (None if use.earlier is None else use.earlier.id), (None if use.later is None else use.later.id)

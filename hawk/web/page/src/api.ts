@@ -119,13 +119,17 @@ export interface ChangeList {
   items: Change[];
 }
 
-/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `came` and `left`: stalls that are taken, free now. */
+/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `free`: by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `redrawn`: stalls that were drawn again, compared by their ground; `new` and `gone` are not compared. */
 export interface Changed {
   compared: number;
   unknown: number;
+  free: Estimate;
   came: Estimate;
   left: Estimate;
   stalls: StateChange[];
+  redrawn: number;
+  new: LoneStall[];
+  gone: LoneStall[];
 }
 
 /** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
@@ -185,6 +189,11 @@ export interface DoubtfulSurvey {
   ended: string;
   why: string;
   places: number;
+}
+
+/** Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them. */
+export interface DueList {
+  items: string[];
 }
 
 /** Person who edits a plan, and since when; `layout`: the version that it makes. */
@@ -348,6 +357,12 @@ export interface ListedStall {
   taken_probability: number | null;
   observed: string | null;
   survey: string | null;
+}
+
+/** A stall that the layout of one of two surveys alone has. */
+export interface LoneStall {
+  id: string;
+  label: string;
 }
 
 /** A lot. `datum`: origin of its frame, north up. `revision` rises with every change of its plan. */
@@ -657,12 +672,14 @@ export interface StallsUse {
   high: (number | null)[];
 }
 
-/** A stall whose state changed; `taken`: now. `chance`: probability that both states are right. */
+/** A stall whose state changed. `chance`: probability that both states are right; null where one is unclear. `earlier`: the stall of the survey before, another one where the plan's was drawn again. */
 export interface StateChange {
   id: string;
   label: string;
-  taken: boolean;
-  chance: number;
+  earlier: string;
+  before: "free" | "taken" | "unknown";
+  after: "free" | "taken" | "unknown";
+  chance: number | null;
 }
 
 /** A stall of the plan as the file has it; `former`: its label. */
@@ -724,6 +741,12 @@ export interface Survey {
   doubt: Doubt | null;
   time_is_sure: boolean;
   candidates: string[];
+}
+
+/** A survey next to those of an answer. */
+export interface SurveyBeside {
+  id: string;
+  ended: string;
 }
 
 /** A lot or a stall; a stall that is not registered has the number that its survey gave it for an id. */
@@ -801,13 +824,15 @@ export interface SurveyUse {
   left_out_code: "" | "unregistered" | "no_time" | "no_looks";
 }
 
-/** Surveys of a lot in a period, the newest first. */
+/** Surveys of a lot in a period, the newest first. `earlier`, `later`: the surveys next to these. */
 export interface SurveysUse {
   lot: string;
   name: string;
   clock: string;
   interval: number;
   surveys: SurveyUse[];
+  earlier: SurveyBeside | null;
+  later: SurveyBeside | null;
 }
 
 /** A link that opens nothing from now on. */

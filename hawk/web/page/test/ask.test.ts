@@ -68,7 +68,7 @@ describe("days and hours of a question", () => {
   it("have a period: a month, days, or every survey", () => {
     const of = (from: string, to: string): unknown => Object.values(periodWords({ from, to }));
     assert.deepEqual(of("2026-02-01", "2026-02-28"), ["month", "February 2026"]);
-    assert.deepEqual(of("2026-05-04", "2026-05-31"), ["days", "May 4, 2026 to May 31, 2026"]);
+    assert.deepEqual(of("2026-05-04", "2026-05-31"), ["days", "4 May 2026 to 31 May 2026"]);
     assert.deepEqual(of("", ""), ["all", "all surveys"]);
   });
 
@@ -82,7 +82,7 @@ describe("an answer in words", () => {
   it("says stalls, the fullest and the emptiest hour, what stands behind it, and when nobody flew", async () => {
     const found = answer([0, 1], [7, 8, 9, 10]);
     assert.equal(answerWords(found), "22 to 23 of 25 stalls are taken on average. Fullest on Mondays at 10:00 (95 %), emptiest on Mondays at 8:00 (86 %).");
-    assert.equal(behindWords(found), "From 4 surveys on 1 day, May 4, 2026, Toronto time. Nobody flew at 7 or 9.");
+    assert.equal(behindWords(found), "From 4 surveys on 1 day, 4 May 2026, Toronto time. Nobody flew at 7 or 9.");
     await inFrench(() => assert.match(behindWords(found), /D’après 4 relevés sur 1 jour, 4 mai 2026, heure\u00a0: Toronto\. Personne n’a volé à 7 ou 9\./));
   });
 
@@ -241,7 +241,7 @@ describe("Report", () => {
 describe("whose clock it is", () => {
   it("stands once in the bar, with the newest survey's time by it", async () => {
     const lot = { id: LOT, name: "Market Street", time_zone: "America/Toronto", survey_count: 15, last_survey: { id: ONE, ended: "2026-05-11T14:02:00Z" } };
-    for (const [place, said] of [[`#/lots/${LOT}`, "Mon, May 11, 10:02 AM · Toronto time"], [`#/report/${LOT}`, "15 surveys · Toronto time"]] as const) {
+    for (const [place, said] of [[`#/lots/${LOT}`, "Mon 11 May, 10:02 · Toronto time"], [`#/report/${LOT}`, "15 surveys · Toronto time"]] as const) {
       const route = new Route({ hash: () => place, write: () => undefined });
       const top = Object.assign(new TopBar(), { route, place: route.place, views: ["lots"], lots: [lot] });
       document.body.replaceChildren(top);

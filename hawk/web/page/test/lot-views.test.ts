@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import { amount, heatClass, moment, share } from "../src/views/figures.ts";
 import { groundOf, originOf, pathOf, stallAt } from "../src/views/ground.ts";
-import type { SurveyUse } from "../src/api.ts";
+import type { Changed, SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { Feature } from "../src/views/survey-source.ts";
 import { readAll } from "../src/link/api.ts";
@@ -12,6 +12,8 @@ import { hashOf, placeOf } from "../src/route/place.ts";
 import { Route } from "../src/route/route.ts";
 import { LotViews } from "../src/views/lot-views.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
+import { headline, interval, notCompared } from "../src/views/compare-words.ts";
+import { dayOf, daysOf, fitting, hoursOf, midnightsOf } from "../src/views/time-bar-days.ts";
 import { notes } from "../src/views/surveys-view.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
@@ -35,6 +37,12 @@ function stall(id: string, label: string, east: number, state: string): Feature 
   return { id, geometry: { type: "Polygon", coordinates: [[at(0, 0), at(0, 5), at(2, 5), at(2, 0), at(0, 0)]] }, properties: { amenity: "parking_space", ref: label, state } };
 }
 
+const BETWEEN: Changed = {
+  compared: 2, unknown: 1, redrawn: 0, gone: [],
+  new: [{ id: ONE, label: "D 23" }],
+  free: { value: -1, low: -1.4, high: -0.6, surveys: 2 }, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 },
+  stalls: [{ id: STALL, label: "A 1", earlier: ONE, before: "free", after: "taken", chance: 0.98 }, { id: TWO, label: "A 2", earlier: TWO, before: "taken", after: "unknown", chance: null }],
+};
 const FEATURES = {
   hawk: { lot: "North", survey_ended_utc: "", registered: true, position_uncertainty_m: null, software: "" },
   features: [stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken")],
@@ -42,14 +50,14 @@ const FEATURES = {
 
 describe("the place that the address names", () => {
   it("is written as it was read", () => {
-    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
+    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04&by=swipe&at=.5`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
       assert.equal(hashOf(placeOf(address)), address);
     }
     assert.equal(placeOf(`#/compare/${LOT}/${ONE}/${TWO}`).after, TWO);
   });
 
   it("leaves out what is none, and begins at Fly", () => {
-    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&part=B&days=monday&hours=noon"), placeOf(""));
+    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&part=B&days=monday&hours=noon&by=magic&at=7"), placeOf(""));
     assert.equal(hashOf(placeOf("")), "#/fly");
     assert.equal(placeOf("#/lots/<b>").lot, "");
   });
@@ -183,6 +191,8 @@ describe("lots over time", () => {
   const before = globalThis.fetch;
   let sent: [string, unknown][];
   let reads: string[];
+  /** With their parameters. */
+  let asked: string[];
   let answers: Record<string, unknown>;
   let hash: string;
   let archive: LotViews;
@@ -191,16 +201,19 @@ describe("lots over time", () => {
   beforeEach(() => {
     sent = [];
     reads = [];
+    asked = [];
     hash = "";
     answers = {
-      "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
+      "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", interval: 0.9, earlier: null, later: null, surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
       "/stalls": FEATURES,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/changes": { next: null, items: [] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
       "/observations": { next: null, items: [{ survey: ONE, label: "A 1", observed: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
       "/statistics/stalls": { surveys_in_period: 2, ids: [STALL, TWO], labels: ["A 1", "A 2"], surveys: [2, 0], share: [0.5, null], low: [0.2, null], high: [0.8, null] },
-      "/statistics/between": { compared: 2, unknown: 1, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 }, stalls: [{ id: STALL, label: "A 1", taken: true, chance: 0.98 }] },
+      "/statistics/between": BETWEEN,
+      "/due": { items: [] },
+      "api/v1/surveys": { next: null, items: [] },
     };
     globalThis.fetch = (address, options) => {
       const path = (address as string).split("?")[0]!;
@@ -209,6 +222,7 @@ describe("lots over time", () => {
         return Promise.resolve(Response.json({ seq: 7, token: "secret", ends: "2026-06-03T10:00:00Z" }));
       }
       reads.push(path);
+      asked.push(address as string);
       const found = Object.entries(answers)
         .filter(([end]) => path.endsWith(end))
         .sort(([one], [other]) => other.length - one.length)[0];
@@ -231,6 +245,11 @@ describe("lots over time", () => {
   async function go(view: "lots" | "report" | "recordings"): Promise<void> {
     route.go({ view, show: "" });
     await drawn();
+  }
+
+  /** The words of the first button that begins so. */
+  function label(begin: string): string {
+    return [...archive.querySelectorAll("button")].map((each) => words(each)).find((each) => each.startsWith(begin)) ?? "";
   }
 
   async function drawn(): Promise<void> {
@@ -294,8 +313,69 @@ describe("lots over time", () => {
   it("compare two surveys by list and by swipe", async () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
     await open(`#/compare/${LOT}`);
-    assert.equal(archive.querySelectorAll(".swipe archive-plan").length, 2);
-    assert.match(words(archive), /Taken now: 1 \(1 to 2\)A 1/);
+    const map = archive.querySelector<SurveyMap>("hawk-survey-map")!;
+    assert.deepEqual([map.querySelectorAll(".ol").length, map.by, map.at, [...map.marked]], [2, "swipe", 0.5, [STALL, ONE, TWO]]);
+    assert.match(words(archive), /1 fewer free of the 2 seen in both/);
+    assert.match(words(archive), /0 to 2 fewer, 9 times in 10\. 1 became taken, 0 became free, 1 became unclear\./);
+    assert.match(words(archive), /1 stall is unclear in one of them: not counted\. *D 23 is new since: not compared\./);
+    assert.match(words(archive), /Row A, 2 changes *A 1 *\?? *free, now taken *A 2 *\?? *taken, now unclear/);
+    await press(label("A 1"));
+    assert.match(hash, new RegExp(`stall=${STALL}`));
+    await press("Side by side");
+    assert.match(hash, /by=side/);
+  });
+
+  it("move the line between two surveys by keys, and say where it is", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
+    await open(`#/compare/${LOT}?at=.5`);
+    const handle = (): HTMLElement => archive.querySelector<HTMLElement>("[role=slider]")!;
+    for (const key of ["ArrowRight", "PageDown", "x"]) {
+      handle().dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true }));
+      await drawn();
+    }
+    assert.match(hash, /at=\.42/);
+    assert.match(handle().getAttribute("aria-valuetext") ?? "", /^58 % of the map shows Mon 4 May.* 12:00, the rest Mon 4 May.* 10:00$/);
+    handle().dispatchEvent(new KeyboardEvent("keydown", { key: "End", bubbles: true }));
+    await drawn();
+    assert.equal(archive.querySelector<HTMLElement>(".date.second")?.hidden, true, "no room for its card");
+  });
+
+  it("compare what the bar chooses, the earlier one before, and never one with itself", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z"), survey(STALL, "2026-05-04T14:00:00Z")] };
+    await open(`#/compare/${LOT}/${STALL}/${TWO}`);
+    assert.match(hash, new RegExp(`/${TWO}/${STALL}$`), "they were the wrong way round");
+    await press(label("Before"));
+    const bar = archive.querySelector("hawk-time-bar")!;
+    bar.dispatchEvent(new CustomEvent("survey", { detail: STALL }));
+    assert.match(hash, new RegExp(`/${TWO}/${STALL}$`));
+    bar.dispatchEvent(new CustomEvent("survey", { detail: ONE }));
+    assert.match(hash, new RegExp(`/${ONE}/${STALL}$`));
+  });
+
+  it("show on the bar what was deleted and what is due, and bring a survey back", async () => {
+    answers["/changes"] = { next: null, items: [{ seq: 5, kind: "delete", lot: LOT, surveys: [STALL], who: "Ann", made: "2026-05-05T10:00:00Z", undone: null, kept: null }] };
+    answers["api/v1/surveys"] = { next: null, items: [{ id: STALL, ended: "2026-05-05T09:00:00Z" }, { id: ONE, ended: "2026-05-06T09:00:00Z" }] };
+    answers["/due"] = { items: ["2026-05-07T15:00:00Z"] };
+    await open(`#/lots/${LOT}/${TWO}`);
+    assert.deepEqual([...archive.querySelectorAll(".tick.deleted")].map((each) => each.getAttribute("aria-label")), ["09:00 deleted. Bring back"]);
+    assert.equal(archive.querySelectorAll(".tick.due").length, 1);
+    assert.equal(archive.querySelectorAll("li.none").length, 5, "a day that has a deleted survey was flown, one that comes was not");
+    await press("09:00 deleted. Bring back");
+    await press("Bring back");
+    assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
+  });
+
+  it("go from survey to survey by arrows, beyond the days that are shown", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")], earlier: { id: STALL, ended: "2026-04-01T10:00:00Z" }, later: null };
+    await open(`#/lots/${LOT}/${TWO}`);
+    const key = async (name: string): Promise<void> => {
+      archive.querySelector(".tick.on")?.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
+      await drawn();
+    };
+    await key("ArrowLeft");
+    assert.match(hash, new RegExp(`${ONE}$`));
+    await key("ArrowLeft");
+    assert.match(hash, new RegExp(`${STALL}$`));
   });
 
   it("need two surveys that count to compare", async () => {
@@ -354,11 +434,11 @@ describe("lots over time", () => {
     await press("Stalls");
     await go("report");
     await go("lots");
-    const asked = (end: string): number => reads.filter((path) => path.endsWith(end)).length;
-    assert.deepEqual([asked("/statistics/surveys"), asked(`/surveys/${TWO}/stalls`)], [1, 1]);
+    assert.deepEqual(asked.filter((each, index) => /statistics|stalls/.test(each) && asked.indexOf(each) !== index), []);
+    const before = asked.length;
     await press("Delete survey");
     await press("Delete this survey");
-    assert.equal(asked("/statistics/surveys"), 2);
+    assert.ok(asked.slice(before).some((each) => asked.indexOf(each) < before), "what is shown is asked for again");
     assert.deepEqual(reads.filter((path) => !path.startsWith("api/v1/")), []);
   });
 
@@ -379,6 +459,59 @@ describe("lots over time", () => {
     delete answers["/statistics/surveys"];
     await open(`#/lots/${LOT}`);
     assert.equal(words(archive.querySelector("[role=alert]")!), "lot: is gone");
+  });
+});
+
+describe("the days of the bar", () => {
+  const at = (time: string): SurveyUse => survey(time, time);
+  const MONDAY = Date.UTC(2026, 4, 4);
+
+  it("are a day, a calendar week or a month, and three days where it is narrow", () => {
+    const days = (span: "day" | "week" | "month", isNarrow = false): string[] => midnightsOf(Date.UTC(2026, 4, 6, 12), span, isNarrow).map(dayOf);
+    assert.deepEqual(days("day"), ["2026-05-06"]);
+    assert.deepEqual([days("week")[0], days("week").length, days("week").at(-1)], ["2026-05-04", 7, "2026-05-10"]);
+    assert.deepEqual([days("month")[0], days("month").length], ["2026-05-01", 31]);
+    assert.equal(days("week", true).length, 3);
+    assert.ok(days("week", true).includes("2026-05-06"));
+  });
+
+  it("join ticks nearer than 12 pixels, with their number and their mean share", () => {
+    const surveys = [at("2026-05-04T10:00:00Z"), at("2026-05-04T10:30:00Z"), at("2026-05-04T12:00:00Z")];
+    const shares = new Map([[surveys[0]?.id, 0.2], [surveys[1]?.id, 0.6]]);
+    const [day] = daysOf(surveys, [MONDAY], "UTC", hoursOf([]), 240, ({ id }) => shares.get(id) ?? null);
+    assert.deepEqual(day?.ticks.map(({ clock, ids, share: part }) => [clock, ids.length, part]), [["10:00", 2, 0.4], ["12:00", 1, null]]);
+    const [wide] = daysOf(surveys, [MONDAY], "UTC", hoursOf([]), 1200, () => null);
+    assert.equal(wide?.ticks.length, 3);
+  });
+
+  it("have the hours of all that is shown", () => {
+    assert.deepEqual(hoursOf([]), [7, 19]);
+    assert.deepEqual(hoursOf([MONDAY + 5.5 * 3_600_000, MONDAY + 22.2 * 3_600_000]), [5, 23]);
+  });
+
+  it("say beside each other what is chosen, and leave out other words without room", () => {
+    const caption = (left: number, text: string, tone: "on" | "") => ({ left, text, tone });
+    const found = fitting([caption(395, "after 10:02", "on"), caption(380, "before 08:02", "on"), caption(390, "15:02 deleted", "")], 400);
+    assert.deepEqual(found.map(({ text }) => text), ["after 10:02", "before 08:02"]);
+    assert.ok(found[1]!.left + 90 < found[0]!.left, "the earlier one is left of it");
+  });
+});
+
+describe("the change of free stalls in words", () => {
+  it("has its interval rounded outward, or none", () => {
+    const free = { value: -4, low: -6.6, high: -1.2, surveys: 2 };
+    assert.equal(`${headline(free)}, ${interval(free, 0.9)}`, "4 fewer free, 1 to 7 fewer, 9 times in 10.");
+    assert.equal(interval({ ...free, high: 0.3 }, 0.9), "7 fewer to 1 more, 9 times in 10.");
+    assert.equal(headline({ ...free, value: 0 }), "As many free as before");
+    assert.deepEqual([headline(NONE), interval(NONE, 0.9)], ["Nothing to compare", ""]);
+  });
+
+  it("names some stalls that are not compared, and counts the rest", () => {
+    const gone = Array.from({ length: 8 }, (_, index) => ({ id: ONE, label: `B ${index + 1}` }));
+    assert.deepEqual(notCompared({ ...BETWEEN, unknown: 0, new: [], gone, redrawn: 2 }), [
+      "B 1, B 2, B 3, B 4, B 5, B 6 and 2 others are gone since: not compared.",
+      "2 stalls were drawn again in the plan: compared by their ground.",
+    ]);
   });
 });
 

@@ -52,7 +52,7 @@ describe("the lots", () => {
   it("are listed with stalls, surveys and the last day; HTML in a name is text", async () => {
     const stage = await shown();
     const rows = [...stage.part.querySelectorAll("li")].map((row) => words(row));
-    assert.match(rows[0] ?? "", /144 stalls · 2 surveys · last seen May 5, 2026 · Amsterdam time/);
+    assert.match(rows[0] ?? "", /144 stalls · 2 surveys · last seen 5 May 2026 · Amsterdam time/);
     assert.match(rows[1] ?? "", /South1 stall · 1 survey/);
     assert.equal(stage.part.querySelector("li b")?.textContent, HTML);
     assert.equal(stage.part.querySelectorAll("li b b").length, 0);

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from hawk.config.loader import load_config
 from hawk.config.sections import DAYS, ConfigError, ScheduledSurvey
-from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, is_flown, moment_due
+from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, is_flown, moment_due, moments_due
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.survey.source import PictureSource, SourceKind
@@ -120,6 +120,20 @@ def test_a_survey_a_little_before_its_time_counts() -> None:
     assert is_flown((NOW - EARLY).timestamp(), NOW)
     assert not is_flown((NOW - EARLY).timestamp() - 1, NOW)
     assert not is_flown(None, NOW)
+
+
+def test_what_is_due_is_what_comes_and_what_has_come_and_is_not_flown() -> None:
+    now = datetime(2026, 5, 4, 11, 0, tzinfo=UTC)
+    entries = (entry(at="10:30"), entry(lot="ID", at="15:00", days=["mon", "wed"]), entry(lot="Other", at="12:00"))
+
+    def due(last: datetime | None) -> list[str]:
+        moments = moments_due(entries, "ID", "Lot 1", None if last is None else last.timestamp(), now.timestamp(), 2)
+        return [f"{each:%d %H}" for each in moments]
+
+    assert due(now - timedelta(days=1)) == ["04 10", "04 15", "05 10", "06 10"]
+    assert due(now - timedelta(minutes=20)) == ["04 15", "05 10", "06 10"]
+    assert due(None) == due(now - timedelta(days=1))
+    assert moments_due(entries, "X", "Y", None, now.timestamp(), 2) == []
 
 
 GOOD = '[[schedule]]\nlot = "North"\nat = "10:30"\n\n[[schedule]]\nlot = "South"\nat = "18:00"\ndays = ["sat"]\n'

@@ -89,7 +89,7 @@ async def test_a_viewer_reads_the_lot_over_its_surveys(archive: Archive) -> None
     assert found[ASK]["occupancy"] == found[FIGURES]["whole"]["occupancy"]
     assert (found[ASK]["asked"]["rows"], found[ASK]["clock"]) == (["A"], "Europe/Amsterdam")
     between = found[BETWEEN]
-    assert [(each["label"], each["taken"]) for each in between["stalls"]] == [("A 1", True), ("A 2", True)]
+    assert [(each["label"], each["after"]) for each in between["stalls"]] == [("A 1", "taken"), ("A 2", "taken")]
     assert (between["came"]["value"], between["left"]["value"], between["compared"]) == (2, 0, 20)
     assert found[LOOKS]["items"][0]["state"] == "taken"
 

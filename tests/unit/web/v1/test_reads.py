@@ -295,3 +295,10 @@ async def test_another_address_is_refused_with_the_list_of_all(archive: Archive,
 def test_every_field_of_a_path_has_words() -> None:
     found = {each.path.partition(f"/{{{field}}}")[0] for each in OPERATIONS for field in each.fields}
     assert found == {*WORDS}
+
+
+async def test_surveys_that_are_due_are_asked_of_the_settings(archive: Archive) -> None:
+    """Nothing is due without settings; a lot that is not there is named."""
+    assert (await archive.shown(f"/lots/{archive.lot}/due?days=30", bodies.DueList))["items"] == []
+    status, problem = await archive.refused(f"/lots/{'0' * 8 + '-0000-4000-8000-' + '0' * 12}/due")
+    assert (status, problem["field"]) == (404, "id")

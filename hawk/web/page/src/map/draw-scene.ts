@@ -10,6 +10,8 @@ import { path, type Pixel, stroke, type Surface } from "./surface.ts";
 const SAME_PLACE_M = 0.1;
 /** Between two lines of an exclusion zone's hatching, pixels across and down. */
 const HATCH_PX = 12;
+/** Metres a pixel from which frames are thin: stalls are a few pixels wide. */
+const FAR_RESOLUTION = 0.1;
 const DARK = "#10161c";
 const INK = "#15202b";
 
@@ -26,7 +28,8 @@ export function drawScene(surface: Surface, scene: Scene): void {
   if (!scene.planned) drawRoute(surface, drone, pixels(scene.route), scene.target ? pixels([scene.target])[0] : undefined);
   drawFootprint(surface, pixels(scene.footprint));
   if (scene.changes) drawChanges(surface, scene.changes);
-  if (scene.selected) drawSelected(surface, corners(scene.selected).map(surface.pixel));
+  for (const stall of scene.marked) drawFramed(surface, corners(stall).map(surface.pixel), surface.resolution < FAR_RESOLUTION ? 2.5 : 1);
+  if (scene.selected) drawFramed(surface, corners(scene.selected).map(surface.pixel), 4);
   if (scene.home) drawHome(surface, surface.pixel(toCoordinate(scene.home)));
   if (scene.planned && scene.drone) drawPlanned(surface, scene, scene.drone);
   if (scene.measured) drawMeasure(surface, scene.measured);
@@ -131,11 +134,11 @@ function toward(from: Pixel, to: Pixel, pixels: number): Pixel {
   return [from[0] + dx * share, from[1] + dy * share];
 }
 
-function drawSelected({ context }: Surface, ring: Pixel[]): void {
+function drawFramed({ context }: Surface, ring: Pixel[], width: number): void {
   path(context, ring, true);
   context.lineJoin = "round";
-  stroke(context, { colour: DARK, width: 7 });
-  stroke(context, { colour: "#fff", width: 4 });
+  stroke(context, { colour: DARK, width: width + 3 });
+  stroke(context, { colour: "#fff", width });
 }
 
 function drawHome({ context }: Surface, [x, y]: Pixel): void {

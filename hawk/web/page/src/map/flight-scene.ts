@@ -35,6 +35,8 @@ export interface Scene {
   /** The drone was last seen so: drawn hollow, with a ring as far as it can be by now (metres). */
   lost: { reach: number } | null;
   selected: Rectangle | null;
+  /** Stalls that are framed: those that changed. */
+  marked: readonly Rectangle[];
   measured: MeasureMark | null;
   /** Stalls of the lot that begin and end if a survey is taken over. */
   changes: ChangesMark | null;
@@ -56,6 +58,7 @@ export const EMPTY_SCENE: Scene = {
   plannedRoute: [],
   lost: null,
   selected: null,
+  marked: [],
   measured: null,
   changes: null,
 };

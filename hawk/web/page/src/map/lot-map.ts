@@ -88,12 +88,14 @@ export class LotMap {
     grid: { cells: number; cellSize: number },
     events: LotMapEvents,
     hasBackground = true,
+    /** Another map that shows the same place at the same scale, always. */
+    beside: LotMap | null = null,
   ) {
     this.element = element;
     this.events = events;
     const extent: Extent = [-HALF_WORLD_M, -HALF_WORLD_M, HALF_WORLD_M, HALF_WORLD_M];
     const projection = new Projection({ code: "hawk:map", units: "m", extent });
-    this.view = new View({
+    this.view = beside?.view ?? new View({
       projection,
       center: [0, 0],
       resolution: 0.3,

@@ -1319,8 +1319,26 @@ view-recordings = Recordings
 title-view = { $view } · { $lot }
 no-drone = No drone
 time-bar = Surveys by day and hour
-time-bar-before = The week before
-time-bar-after = The week after
+time-bar-before = Earlier days
+time-bar-after = Later days
+time-bar-span = Days that the bar shows
+time-bar-day = Day
+time-bar-week = Week
+time-bar-month = Month
+time-bar-few = 3 days
+time-bar-play = Play the flight
+time-bar-today = { $day }, today
+time-bar-nobody = nobody flew
+time-bar-open-day = From { $time }: { $count } surveys. Open the day
+time-bar-deleted = { $time } deleted
+time-bar-bring-back = Bring back
+time-bar-due-in =
+    { $hours ->
+        [0] due in { $minutes } min
+       *[other] due in { $hours } h { $minutes } min
+    }
+time-bar-due = due at { $time }
+time-bar-due-since = due since { $time }
 time-bar-not-counted = no figure uses it
 time-bar-more =
     { $count ->
@@ -1399,14 +1417,70 @@ archive-share = { $value } % ({ $low } to { $high } %)
 archive-amount = { $value } ({ $low } to { $high })
 archive-before = Before
 archive-after = After
-archive-swipe = Left { $before }, right { $after }
 archive-changes = Changed stalls
-archive-compared = { $compared } stalls have a state in both surveys, { $unknown } have not.
-archive-came = Taken now
-archive-went = Free now
+compare-day-time = { $day }, { $time }
+compare-modes = How both are compared
+compare-swipe = Swipe
+compare-fade = Fade
+compare-side = Side by side
+compare-swipe-handle = Line between both surveys
+compare-fade-handle = How much of the later survey is shown
+compare-swipe-at = { $share } % of the map shows { $after }, the rest { $before }
+compare-fade-at = { $after } shown by { $share } %, over { $before }
+compare-free-of = { $free } free of { $stalls }
+compare-not-there = Not in this survey's plan
+compare-ends = Surveys that are compared
+compare-end-before = before
+compare-end-after = after
+compare-choose = A press on the bar below chooses: { $end }.
+compare-none-seen = Nothing to compare
+compare-as-many = As many free as before
+compare-more = { $count } more free
+compare-fewer = { $count } fewer free
+compare-of = of the { $stalls } seen in both
+compare-interval-more = { $low } to { $high } more, { $times } times in 10.
+compare-interval-fewer = { $low } to { $high } fewer, { $times } times in 10.
+compare-interval-both = { $fewer } fewer to { $more } more, { $times } times in 10.
+compare-became = { $taken } became taken, { $free } became free, { $unknown } became unclear.
+compare-unclear =
+    { $count ->
+        [one] { $count } stall is unclear in one of them: not counted.
+       *[other] { $count } stalls are unclear in one of them: not counted.
+    }
+compare-new =
+    { $count ->
+        [one] { $labels } is new since: not compared.
+       *[other] { $rest ->
+            [0] { $labels } are new since: not compared.
+           *[other] { $labels } and { $rest } others are new since: not compared.
+        }
+    }
+compare-gone =
+    { $count ->
+        [one] { $labels } is gone since: not compared.
+       *[other] { $rest ->
+            [0] { $labels } are gone since: not compared.
+           *[other] { $labels } and { $rest } others are gone since: not compared.
+        }
+    }
+compare-redrawn =
+    { $count ->
+        [one] { $count } stall was drawn again in the plan: compared by its ground.
+       *[other] { $count } stalls were drawn again in the plan: compared by their ground.
+    }
+compare-row =
+    { $count ->
+        [one] Row { $row }, { $count } change
+       *[other] Row { $row }, { $count } changes
+    }
+compare-row-none =
+    { $count ->
+        [one] Other stalls, { $count } change
+       *[other] Other stalls, { $count } changes
+    }
+compare-nothing = No stall changed its state.
+compare-states = { $before }, now { $after }
 archive-stall = Stall
-archive-now = Now
-archive-both-right = Both states right
 archive-by-row = Rows
 archive-by-zone = Zones
 archive-by-kind = Kinds

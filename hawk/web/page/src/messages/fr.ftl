@@ -1295,8 +1295,26 @@ view-recordings = Enregistrements
 title-view = { $view } · { $lot }
 no-drone = Pas de drone
 time-bar = Relevés par jour et heure
-time-bar-before = La semaine d'avant
-time-bar-after = La semaine d'après
+time-bar-before = Jours précédents
+time-bar-after = Jours suivants
+time-bar-span = Jours montrés par la barre
+time-bar-day = Jour
+time-bar-week = Semaine
+time-bar-month = Mois
+time-bar-few = 3 jours
+time-bar-play = Rejouer le vol
+time-bar-today = { $day }, aujourd'hui
+time-bar-nobody = personne n'a volé
+time-bar-open-day = À partir de { $time } : { $count } relevés. Ouvrir le jour
+time-bar-deleted = { $time } supprimé
+time-bar-bring-back = Rétablir
+time-bar-due-in =
+    { $hours ->
+        [0] prévu dans { $minutes } min
+       *[other] prévu dans { $hours } h { $minutes } min
+    }
+time-bar-due = prévu à { $time }
+time-bar-due-since = prévu depuis { $time }
 time-bar-not-counted = aucun chiffre ne l'utilise
 time-bar-more =
     { $count ->
@@ -1373,14 +1391,78 @@ archive-share = { $value } % ({ $low } à { $high } %)
 archive-amount = { $value } ({ $low } à { $high })
 archive-before = Avant
 archive-after = Après
-archive-swipe = À gauche { $before }, à droite { $after }
 archive-changes = Places changées
-archive-compared = { $compared } places ont un état dans les deux relevés, { $unknown } n'en ont pas.
-archive-came = Occupées maintenant
-archive-went = Libres maintenant
+compare-day-time = { $day }, { $time }
+compare-modes = Manière de comparer
+compare-swipe = Glisser
+compare-fade = Fondre
+compare-side = Côte à côte
+compare-swipe-handle = Ligne entre les deux relevés
+compare-fade-handle = Part visible du second relevé
+compare-swipe-at = { $share } % de la carte montre { $after }, le reste { $before }
+compare-fade-at = { $after } visible à { $share } %, sur { $before }
+compare-free-of = { $free } libres sur { $stalls }
+compare-not-there = Absente du plan de ce relevé
+compare-ends = Relevés comparés
+compare-end-before = avant
+compare-end-after = après
+compare-choose = Un appui sur la barre du bas choisit : { $end }.
+compare-none-seen = Rien à comparer
+compare-as-many = Autant de places libres qu'avant
+compare-more =
+    { $count ->
+        [one] { $count } libre de plus
+       *[other] { $count } libres de plus
+    }
+compare-fewer =
+    { $count ->
+        [one] { $count } libre de moins
+       *[other] { $count } libres de moins
+    }
+compare-of = sur les { $stalls } vues dans les deux
+compare-interval-more = De { $low } à { $high } de plus, { $times } fois sur 10.
+compare-interval-fewer = De { $low } à { $high } de moins, { $times } fois sur 10.
+compare-interval-both = De { $fewer } de moins à { $more } de plus, { $times } fois sur 10.
+compare-became = Devenues occupées : { $taken }, libres : { $free }, incertaines : { $unknown }.
+compare-unclear =
+    { $count ->
+        [one] { $count } place est incertaine dans l'un des deux : pas comptée.
+       *[other] { $count } places sont incertaines dans l'un des deux : pas comptées.
+    }
+compare-new =
+    { $count ->
+        [one] { $labels } est nouvelle depuis : pas comparée.
+       *[other] { $rest ->
+            [0] { $labels } sont nouvelles depuis : pas comparées.
+           *[other] { $labels } et { $rest } autres sont nouvelles depuis : pas comparées.
+        }
+    }
+compare-gone =
+    { $count ->
+        [one] { $labels } n'existe plus : pas comparée.
+       *[other] { $rest ->
+            [0] { $labels } n'existent plus : pas comparées.
+           *[other] { $labels } et { $rest } autres n'existent plus : pas comparées.
+        }
+    }
+compare-redrawn =
+    { $count ->
+        [one] { $count } place a été redessinée dans le plan : comparée par son sol.
+       *[other] { $count } places ont été redessinées dans le plan : comparées par leur sol.
+    }
+compare-row =
+    { $count ->
+        [one] Rangée { $row }, { $count } changement
+       *[other] Rangée { $row }, { $count } changements
+    }
+compare-row-none =
+    { $count ->
+        [one] Autres places, { $count } changement
+       *[other] Autres places, { $count } changements
+    }
+compare-nothing = Aucune place n'a changé d'état.
+compare-states = { $before }, maintenant { $after }
 archive-stall = Place
-archive-now = Maintenant
-archive-both-right = Les deux états justes
 archive-by-row = Rangées
 archive-by-zone = Zones
 archive-by-kind = Types

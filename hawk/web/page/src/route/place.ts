@@ -1,5 +1,6 @@
 export const VIEWS = ["fly", "lots", "compare", "report", "recordings"] as const;
 export type ViewName = (typeof VIEWS)[number];
+export const BY = ["swipe", "fade", "side"] as const;
 export const SHOWN = ["stalls", "document", "links"] as const;
 
 /** What the page shows, as it stands behind the address's "#": a link leads there, and "back" goes back. */
@@ -18,11 +19,14 @@ export interface Place {
   /** Days of the week and hours of the day that are asked about, as "mon-fri" and "7-11"; "" for all. */
   days: string;
   hours: string;
+  /** How two surveys are compared, and how much of the later one is shown, 0 to 1; "" as the view begins. */
+  by: "" | (typeof BY)[number];
+  at: string;
   /** A part of the view beside what it shows first. */
   show: "" | (typeof SHOWN)[number];
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", from: "", to: "", parts: [], days: "", hours: "", show: "" };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "" };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
 const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after")[]>> = {
   fly: ["lot"],
@@ -35,6 +39,7 @@ const DAY = /^\d{4}-\d{2}-\d{2}$/;
 const PART = /^(row|zone|kind)\../;
 const DAYS = /^[a-z]{3}(-[a-z]{3})?(,[a-z]{3}(-[a-z]{3})?)*$/;
 const HOURS = /^\d{1,2}(-\d{1,2})?(,\d{1,2}(-\d{1,2})?)*$/;
+const SHARE = /^(0|1|\.\d{1,3})$/;
 const ID = /^[0-9a-f-]{36}$/;
 
 /** The place that an address names; what cannot be read is left out. */
@@ -51,6 +56,8 @@ export function placeOf(hash: string): Place {
   place.parts = given.getAll("part").filter((part) => PART.test(part));
   place.days = read(given.get("days"), DAYS);
   place.hours = read(given.get("hours"), HOURS);
+  place.by = BY.find((each) => each === given.get("by")) ?? "";
+  place.at = read(given.get("at"), SHARE);
   place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
   return place;
 }
@@ -61,9 +68,9 @@ function read(value: string | null | undefined, pattern: RegExp): string {
 
 /** The address of a place, with what differs from none. */
 export function hashOf(place: Place): string {
-  const { stall, parts, days, hours, from, to, show } = place;
+  const { stall, parts, days, hours, from, to, by, at, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
-  const given = Object.entries({ stall, days, hours, from, to, show }).filter(([, value]) => value !== "");
+  const given = Object.entries({ stall, days, hours, from, to, by, at, show }).filter(([, value]) => value !== "");
   const search = new URLSearchParams([...parts.map((part) => ["part", part]), ...given]).toString();
   return `#/${path}${search && `?${search}`}`;
 }

@@ -17,7 +17,7 @@ export interface DroneChip {
 }
 
 /** A lot that may be chosen, and what is said of it. */
-export type BarLot = Pick<ListedLot, "id" | "name" | "time_zone" | "survey_count"> & { last_survey: { id: string; ended: string } | null };
+export type BarLot = Pick<ListedLot, "id" | "name" | "time_zone"> & { survey_count: number | null; last_survey: { id: string; ended: string } | null };
 
 /** On every view: the lot, the views, the drone's state, language and help. */
 @customElement("hawk-top")
@@ -64,8 +64,9 @@ export class TopBar extends LitElement {
 /** When the newest survey was, where that is shown; how many there are elsewhere; whose clock it is, also where there is little room. */
 function about({ last_survey: last, survey_count: surveys, time_zone: zone }: BarLot, { view, survey }: Place): TemplateResult {
   const isShown = view === "lots" && last !== null && (survey === "" || survey === last.id);
-  const when = isShown ? timeOnClock(last.ended, zone, { weekday: "short", day: "numeric", month: "short", hour: "numeric", minute: "2-digit" }) : say("lot-surveys", { surveys });
-  return html`<span class="when">${when} · </span>${clockWords(zone)}`;
+  const time = { weekday: "short", day: "numeric", month: "short", hour: "numeric", minute: "2-digit" } as const;
+  const when = isShown ? timeOnClock(last.ended, zone, time) : surveys === null ? "" : say("lot-surveys", { surveys });
+  return html`${when === "" ? nothing : html`<span class="when">${when} · </span>`}${clockWords(zone)}`;
 }
 
 /** Links to the views of a lot. */

@@ -34,6 +34,8 @@ const PATHS = {
   chain: svg`<path d="M10 14a4 4 0 0 0 6 .4l3-3a4 4 0 0 0-5.7-5.7l-1.5 1.5M14 10a4 4 0 0 0-6-.4l-3 3a4 4 0 0 0 5.7 5.7l1.5-1.5"/>`,
   copy: svg`<path d="M9 9h11v11H9zM5 15H4V4h11v1"/>`,
   left: svg`<path d="M15 5.5L8.5 12l6.5 6.5"/>`,
+  play: svg`<path d="M7 4.5v15l12.5-7.5z"/>`,
+  arrow: svg`<path d="M4 12h15M13.5 6.5L19 12l-5.5 5.5"/>`,
   next: svg`<path d="M9 5.5l6.5 6.5L9 18.5"/>`,
   globe: svg`<circle cx="12" cy="12" r="9"/><path d="M3 12h18M12 3c5 5 5 13 0 18M12 3c-5 5-5 13 0 18"/>`,
   help: svg`<circle cx="12" cy="12" r="9"/><path d="M9.2 9.3a2.9 2.9 0 1 1 4 2.7c-.9.4-1.2 1-1.2 2M12 17v.2"/>`,

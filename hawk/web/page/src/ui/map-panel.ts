@@ -169,6 +169,7 @@ export class MapPanel extends Part {
       planned: question?.about === "move" ? question.target : null,
       plannedRoute: this.plannedRoute(view),
       lost: lost ? { reach: reach(view) } : null,
+      marked: [],
       selected: stall ?? null,
       changes: shownChanges(this.model.lotChanges, plane),
       measured: this.model.measure.open ? { ...this.model.measure.drawn, units: this.model.preferences.units } : null,

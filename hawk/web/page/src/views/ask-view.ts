@@ -28,31 +28,27 @@ export class AskView extends View {
   override willUpdate(): void {
     const { lot, parts, days, hours, from, to } = this.place;
     this.found.ask(JSON.stringify([lot, parts, days, hours, from, to, this.revision]), () => this.source.asked(this.place));
-    this.listed.ask(`${lot} ${this.revision}`, () => this.source.surveys({ from: "", to: "" }));
   }
 
   override render(): TemplateResult {
     const { value, problem } = this.found;
-    const { listed } = this;
-    if (listed.problem !== "") return html`<p role="alert">${listed.problem}</p>`;
-    if (listed.value === null) return html`<p>${say("archive-asking")}</p>`;
-    const shares = new Map<string, Estimate>(value?.surveys.map(({ survey, occupancy }) => [survey, occupancy]));
+    const shares = new Map(value?.surveys.flatMap(({ survey, occupancy }) => (occupancy.value === null ? [] : [[survey, occupancy.value]])));
     return html`<div class="ask">
-      ${this.question(listed.value)}
+      ${this.question()}
       ${problem === "" ? nothing : html`<p class="card" role="alert">${problem}</p>`}
-      ${value === null ? nothing : html`${answer(value)} ${this.heat(value)} ${this.figures(value)}`}
-      <hawk-time-bar .surveys=${listed.value.surveys} .zone=${listed.value.clock} .marked=${[...shares.keys()]} .shares=${shares} @survey=${(event: CustomEvent<string>) => this.go({ view: "lots", survey: event.detail })}></hawk-time-bar>
+      ${value === null ? (problem === "" ? html`<p class="card answer">${say("archive-asking")}</p>` : nothing) : html`${answer(value)} ${this.heat(value)} ${this.figures(value)}`}
+      <hawk-time-bar .source=${this.source} .lot=${this.place.lot} .revision=${this.revision} .marked=${new Set(shares.keys())} .shares=${shares} .spoken=${language()} @survey=${(event: CustomEvent<string>) => this.go({ view: "lots", survey: event.detail })}></hawk-time-bar>
     </div>`;
   }
 
-  private question(listed: SurveysUse): TemplateResult {
+  private question(): TemplateResult {
     const { days, hours, parts } = this.place;
     const { period, when } = periodWords(this.place);
     const pickers: Readonly<Record<string, TemplateResult>> = {
       [SLOTS.part]: picker(say("ask-part"), partsWords(parts), () => this.partChoices()),
       [SLOTS.days]: picker(say("ask-days"), daysWords(days), () => this.dayChoices()),
       [SLOTS.clock]: picker(say("ask-hours"), hoursWords(hours), () => this.hourChoices()),
-      [SLOTS.when]: picker(say("ask-period"), when, () => this.periodChoices(listed)),
+      [SLOTS.when]: picker(say("ask-period"), when, () => this.periodChoices()),
     };
     const words = say("ask-question", { ...SLOTS, hours: hours === "" ? "all" : "some", period }).split(/([\uE001-\uE004])/);
     const shown = words.filter((each) => each.trim() !== "").map((each) => pickers[each] ?? html`<span>${each}</span>`);
@@ -92,7 +88,9 @@ export class AskView extends View {
       <fieldset class="hours"><legend class="unseen">${say("ask-hours")}</legend>${Array.from({ length: HOURS }, (_, hour) => this.box(String(hour), hours.includes(hour), () => choose(switched(hours, hour)), hourWords(hour)))}</fieldset>`;
   }
 
-  private periodChoices({ surveys, clock }: SurveysUse): TemplateResult {
+  private periodChoices(): TemplateResult {
+    this.listed.ask(`${this.place.lot} ${this.revision}`, () => this.source.surveys({ from: "", to: "" }));
+    const { surveys, clock } = this.listed.value ?? { surveys: [], clock: "UTC" };
     const months = new Map<string, number>();
     for (const { ended } of surveys) {
       const month = moment(ended, clock).slice(0, 7);

@@ -1,9 +1,10 @@
 import type { AskedUse, Estimate } from "../api.ts";
 import type { Place } from "../route/place.ts";
 import { KINDS } from "../plan/values.ts";
-import { clockWords } from "../words/clock.ts";
+import { clockWords, dateLanguage } from "../words/clock.ts";
 import { kindWords } from "../words/plan.ts";
 import { language, number, say, sentences } from "../words/say.ts";
+import { dayWords } from "./figures.ts";
 import { DAYS, daysOf, HOURS, hoursOf, KINDS_OF_PARTS, type KindOfPart, namesOf, type Run, runs } from "./question.ts";
 
 /** A Monday, from which days of the week have their names. */
@@ -12,16 +13,11 @@ const DAY_MS = 86_400_000;
 
 /** Name of a day of the week, 0 for Monday. */
 export function dayName(day: number, weekday: "short" | "long"): string {
-  return dateWords(MONDAY + day * DAY_MS, { weekday });
-}
-
-/** A time of the lot's clock, as if it were UTC, in words. */
-export function dateWords(time: number, options: Intl.DateTimeFormatOptions): string {
-  return new Intl.DateTimeFormat(language(), { ...options, timeZone: "UTC" }).format(time);
+  return dayWords(MONDAY + day * DAY_MS, { weekday });
 }
 
 export function monthWords(month: string): string {
-  return dateWords(Date.parse(`${month}-01`), { month: "long", year: "numeric" });
+  return dayWords(Date.parse(`${month}-01`), { month: "long", year: "numeric" });
 }
 
 /** Name of a row, zone or kind of stalls in the words of the page. */
@@ -73,7 +69,7 @@ export function periodWords(place: Pick<Place, "from" | "to">): { period: "all" 
   const { from, to } = place;
   const month = monthOf(place);
   if (month !== "") return { period: "month", when: monthWords(month) };
-  const day = (text: string): string => dateWords(Date.parse(text), { day: "numeric", month: "long", year: "numeric" });
+  const day = (text: string): string => dayWords(Date.parse(text), { day: "numeric", month: "long", year: "numeric" });
   if (from !== "" && to !== "") return { period: "days", when: say("ask-dates", { first: day(from), last: day(to) }) };
   if (from !== "") return { period: "days", when: say("ask-since", { day: day(from) }) };
   if (to !== "") return { period: "days", when: say("ask-until", { day: day(to) }) };
@@ -116,7 +112,7 @@ export function behindWords(answer: AskedUse): string {
   const dates = answer.surveys.map(({ at }) => Date.parse(`${at.slice(0, 10)}T00:00Z`)).sort((one, other) => one - other);
   const [first, last] = [dates[0], dates.at(-1)];
   if (first === undefined || last === undefined) return "";
-  const range = new Intl.DateTimeFormat(language(), { day: "numeric", month: "long", year: "numeric", timeZone: "UTC" }).formatRange(first, last);
+  const range = new Intl.DateTimeFormat(dateLanguage(), { day: "numeric", month: "long", year: "numeric", timeZone: "UTC" }).formatRange(first, last);
   const never = answer.asked.hours.filter((hour) => !answer.cells.some((cell) => cell.is_asked && cell.hour === hour && cell.days > 0));
   return sentences(
     say("ask-behind", { surveys: answer.occupancy.surveys, days: answer.days, dates: range, clock: clockWords(answer.clock) }),

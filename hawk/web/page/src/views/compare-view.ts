@@ -1,104 +1,144 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement, state } from "lit/decorators.js";
-import type { Changed, SurveyUse, SurveysUse } from "../api.ts";
-import { cssVars } from "../ui/css-vars.ts";
-import { percent } from "../words/format.ts";
-import { say } from "../words/say.ts";
-import { amount, moment } from "./figures.ts";
-import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features } from "./survey-source.ts";
-import { byState } from "./plan-view.ts";
-import "./plan-view.ts";
-import { stateLegend, warning } from "./surveys-view.ts";
+import { customElement, query, state } from "lit/decorators.js";
+import type { Changed, StateChange, SurveyUse, SurveysUse } from "../api.ts";
+import { icon } from "../ui/icons.ts";
+import { swatch } from "../ui/swatch.ts";
+import { language, say } from "../words/say.ts";
+import { became, byRow, headline, interval, notCompared } from "./compare-words.ts";
+import { dayAndTime } from "./figures.ts";
+import "./survey-map.ts";
+import type { By, SideCard, SurveyMap } from "./survey-map.ts";
+import type { SurveyOnMap } from "./survey-source.ts";
+import { warning } from "./surveys-view.ts";
+import "./time-bar.ts";
 import { Asked, View } from "./view.ts";
 
-/** Two surveys of a lot, by swipe and by list. */
+type End = "before" | "after";
+const ENDS = ["before", "after"] as const;
+const NO_STALLS: ReadonlySet<string> = new Set();
+
+/** Two surveys of a lot over their pictures, and every stall that changed. */
 @customElement("archive-compare")
 export class CompareView extends View {
-  @state() private share = 50;
-  private readonly listed = new Asked<SurveysUse>(this);
-  private readonly one = new Asked<Features>(this);
-  private readonly other = new Asked<Features>(this);
+  /** Which end a press on the bar chooses. */
+  @state() private end: End = "after";
+  @query("hawk-survey-map") private map!: SurveyMap | null;
+  private readonly newest = new Asked<SurveysUse>(this);
+  private readonly named = { before: new Asked<SurveysUse | null>(this), after: new Asked<SurveysUse | null>(this) };
+  private readonly maps = { before: new Asked<SurveyOnMap | null>(this), after: new Asked<SurveyOnMap | null>(this) };
   private readonly found = new Asked<Changed>(this);
+  private ids: readonly string[] = [];
+  private shownOf: { changed: Changed | null; marked: ReadonlySet<string>; earlier: ReadonlyMap<string, string> } = { changed: null, marked: NO_STALLS, earlier: new Map() };
 
   override willUpdate(): void {
-    const { from, to, lot } = this.place;
-    this.listed.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.surveys({ from, to }));
+    const { lot } = this.place;
+    this.newest.ask(`${lot} ${this.revision}`, () => this.source.newest());
+    for (const end of ENDS) {
+      const id = this.place[end];
+      this.named[end].ask(`${lot} ${id} ${this.revision}`, () => (id === "" ? Promise.resolve(null) : this.source.survey(id)));
+    }
     const pair = this.pair();
     if (pair === null) return;
-    const [before, after] = pair;
-    this.one.ask(before.id, () => this.source.features(before.id));
-    this.other.ask(after.id, () => this.source.features(after.id));
-    this.found.ask(`${before.id} ${after.id} ${this.revision}`, () => this.source.between(before.id, after.id));
+    for (const end of ENDS) this.maps[end].ask(`${lot} ${pair[end].id}`, () => this.source.onMap(pair[end].id));
+    this.found.ask(`${pair.before.id} ${pair.after.id} ${this.revision}`, () => this.source.between(pair.before.id, pair.after.id));
   }
 
-  /** Those that were chosen; else the newest two that count. */
-  private pair(): [SurveyUse, SurveyUse] | null {
-    const surveys = this.listed.value?.surveys ?? [];
-    const counted = surveys.filter((row) => row.left_out_code === "");
-    const named = (id: string): SurveyUse | undefined => surveys.find((row) => row.id === id);
-    const after = named(this.place.after) ?? counted[0];
-    const before = named(this.place.before) ?? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended));
-    return before && after ? [before, after] : null;
+  /** Those that the address names; else the newest two that count. The earlier one is before. */
+  private pair(): Record<End, SurveyUse> | null {
+    const newest = this.newest.value?.surveys ?? [];
+    const counted = newest.filter((row) => row.left_out_code === "");
+    const of = (end: End): SurveyUse | undefined => (this.place[end] === "" ? undefined : this.named[end].value?.surveys.find(({ id }) => id === this.place[end]));
+    const after = of("after") ?? (this.place.after === "" ? counted.find(({ id }) => id !== this.place.before) : undefined);
+    const before = of("before") ?? (this.place.before === "" ? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended)) : undefined);
+    if (!before || !after) return null;
+    return Date.parse(before.ended) <= Date.parse(after.ended) ? { before, after } : { before: after, after: before };
   }
 
   override render(): TemplateResult {
-    const { value, problem } = this.listed;
+    const problem = this.newest.problem || this.named.before.problem || this.named.after.problem;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
+    const { value } = this.newest;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     const pair = this.pair();
+    const isWaiting = ENDS.some((end) => this.place[end] !== "" && this.named[end].value === null);
+    if (pair === null && isWaiting) return html`<p>${say("archive-asking")}</p>`;
     if (pair === null) return html`<p>${say("archive-two-needed")}</p>`;
-    const [before, after] = pair;
-    return html`<div class="fields">
-        ${this.choice("before", before, value.surveys)} ${this.choice("after", after, value.surveys)}
-      </div>
-      ${[before, after].map((row) => warning(row))} ${this.swipe(before, after)} ${this.list()}`;
+    const ids = ENDS.map((end) => pair[end].id);
+    if (ids.join() !== this.ids.join()) this.ids = ids;
+    return html`<div class="lot compare">${this.shownMap(pair, value.clock)} ${this.about(pair, value)}
+      <hawk-time-bar .source=${this.source} lot=${this.place.lot} .revision=${this.revision} .chosen=${this.ids} .ends=${ENDS.map((end) => say(`compare-end-${end}`))} .mayChange=${this.mayChange} .spoken=${language()} @survey=${(event: CustomEvent<string>) => this.choose(pair, event.detail)}></hawk-time-bar>
+    </div>`;
   }
 
-  private choice(end: "before" | "after", chosen: SurveyUse, surveys: SurveyUse[]): TemplateResult {
-    return html`<label>${say(`archive-${end}`)}
-      <select @change=${(event: Event) => this.go({ [end]: (event.target as HTMLSelectElement).value })}>
-        ${surveys.map((row) => html`<option value=${row.id} ?selected=${row.id === chosen.id}>${moment(row.ended, this.listed.value?.clock)}</option>`)}
-      </select></label>`;
+  private shownMap(pair: Record<End, SurveyUse>, clock: string): TemplateResult {
+    const cards = ENDS.map((end): SideCard => ({ title: dayAndTime(pair[end].ended, clock), detail: say("compare-free-of", { free: pair[end].free, stalls: pair[end].free + pair[end].taken + pair[end].unknown }) }));
+    const { marked, earlier } = this.changedOnMap();
+    const { by, at, stall } = this.place;
+    return html`<hawk-survey-map .source=${this.maps.before.value} .later=${this.maps.after.value} .cards=${cards} .by=${by || "swipe"} .at=${at === "" ? 0.5 : Number(at)} .marked=${marked} .earlier=${earlier} .chosen=${stall}
+      .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}
+      @by=${(event: CustomEvent<By>) => this.go({ by: event.detail })} @at=${(event: CustomEvent<number>) => this.go({ at: String(event.detail).replace(/^0(?=\.)/, "") })}></hawk-survey-map>`;
   }
 
-  private swipe(before: SurveyUse, after: SurveyUse): TemplateResult | typeof nothing {
-    const [one, other] = [this.one.value, this.other.value];
-    const origin = originOf([...(one?.features ?? []), ...(other?.features ?? [])]);
-    const problem = this.one.problem || this.other.problem;
-    if (problem !== "") return html`<p role="alert">${problem}</p>`;
-    if (one === null || other === null || origin === null) return nothing;
-    const [first, second] = [groundOf(one.features, origin), groundOf(other.features, origin)];
-    const ground = [first, second].map((each): Ground => ({ ...each, box: around(first, second) }));
-    const label = (row: SurveyUse): string => `${moment(row.ended, this.listed.value?.clock)}: ${say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown })}`;
-    return html`<div class="swipe" ${cssVars({ "--share": `${this.share}%` })}>
-        <archive-plan .ground=${ground[0]} .shades=${byState(first.stalls)} .label=${label(before)}></archive-plan>
-        <archive-plan class="over" .ground=${ground[1]} .shades=${byState(second.stalls)} .label=${label(after)}></archive-plan>
-      </div>
-      <label class="slider"><span>${say("archive-swipe", { before: moment(before.ended, this.listed.value?.clock), after: moment(after.ended, this.listed.value?.clock) })}</span>
-        <input type="range" min="0" max="100" .value=${String(this.share)} @input=${(event: Event) => (this.share = Number((event.target as HTMLInputElement).value))} /></label>
-      ${stateLegend()}`;
+  /** Stalls that are framed, and those with another id before: the same values while the same changes are shown. */
+  private changedOnMap(): { marked: ReadonlySet<string>; earlier: ReadonlyMap<string, string> } {
+    const changed = this.found.value;
+    if (this.shownOf.changed !== changed) {
+      const stalls = changed?.stalls ?? [];
+      this.shownOf = { changed, marked: new Set(stalls.flatMap(({ id, earlier }) => [id, earlier])), earlier: new Map(stalls.map(({ id, earlier }) => [id, earlier])) };
+    }
+    return this.shownOf;
   }
 
-  private list(): TemplateResult | typeof nothing {
-    const { value, problem } = this.found;
-    if (problem !== "") return html`<p role="alert">${problem}</p>`;
-    if (value === null) return nothing;
-    const named = (taken: boolean): string => value.stalls.filter((each) => each.taken === taken).map(({ label }) => label).join(", ");
-    return html`<section class="card"><h2>${say("archive-changes")}</h2>
-      <p>${say("archive-compared", { compared: value.compared, unknown: value.unknown })}</p>
-      <dl>
-        <dt>${say("archive-came")}: ${amount(value.came)}</dt><dd>${named(true)}</dd>
-        <dt>${say("archive-went")}: ${amount(value.left)}</dt><dd>${named(false)}</dd>
-      </dl>
-      <div class="wide" tabindex="0" role="region" aria-label=${say("archive-changes")}><table>
-        <thead><tr><th scope="col">${say("archive-stall")}</th><th scope="col">${say("archive-now")}</th><th scope="col">${say("archive-both-right")}</th></tr></thead>
-        <tbody>${value.stalls.map((each) => html`<tr><th scope="row">${each.label}</th><td>${say(each.taken ? "archive-state-taken" : "archive-state-free")}</td><td>${percent(100 * each.chance)}</td></tr>`)}</tbody>
-      </table></div></section>`;
+  private about(pair: Record<End, SurveyUse>, { clock, interval: level }: SurveysUse): TemplateResult {
+    const problems = [this.maps.before.problem, this.maps.after.problem, this.found.problem].filter((each) => each !== "");
+    const { value } = this.found;
+    return html`<section class="card about" aria-label=${say("archive-changes")}>
+      <h2 class="unseen">${say("archive-changes")}</h2>
+      <div class="ends" role="group" aria-label=${say("compare-ends")}>${ENDS.map(
+        (end) => html`<button aria-pressed=${end === this.end} @click=${() => (this.end = end)}><span class="sub">${say(`archive-${end}`)}</span> <b>${dayAndTime(pair[end].ended, clock)}</b></button>`,
+      )}</div>
+      <p class="sub hint">${say("compare-choose", { end: say(`archive-${this.end}`) })}</p>
+      ${ENDS.map((end) => warning(pair[end]))} ${problems.map((problem) => html`<p role="alert">${problem}</p>`)}
+      ${value === null ? nothing : this.summary(value, level)}
+    </section>`;
   }
-}
 
-function around({ box: a }: Ground, { box: b }: Ground): Ground["box"] {
-  const [left, top] = [Math.min(a.left, b.left), Math.min(a.top, b.top)];
-  return { left, top, width: Math.max(a.left + a.width, b.left + b.width) - left, height: Math.max(a.top + a.height, b.top + b.height) - top };
+  private summary(found: Changed, level: number): TemplateResult {
+    const { free, compared, stalls } = found;
+    const row = (name: string, all: readonly StateChange[]): TemplateResult => html`<h3>${name === "" ? say("compare-row-none", { count: all.length }) : say("compare-row", { row: name, count: all.length })}</h3>
+      <ul class="changed">${all.map((each) => this.change(each))}</ul>`;
+    return html`<p class="large"><b>${headline(free)}</b> ${free.value === null ? nothing : say("compare-of", { stalls: compared })}</p>
+      <p>${[interval(free, level), became(stalls)].filter((each) => each !== "").join(" ")}</p>
+      ${notCompared(found).map((words) => html`<p class="sub">${words}</p>`)}
+      ${stalls.length === 0 ? html`<p>${say("compare-nothing")}</p>` : byRow(stalls).map(([name, all]) => row(name, all))}`;
+  }
+
+  private change({ id, label, before, after }: StateChange): TemplateResult {
+    const on = id === this.place.stall;
+    return html`<li><button class="plain ${on ? "on" : ""}" aria-pressed=${on} @click=${() => this.look(id)}>
+      <b>${label}</b> <span class="states" aria-hidden="true">${swatch(before)}${icon("arrow")}${swatch(after)}</span> <span class="sub">${say("compare-states", { before: say(before), after: say(after) })}</span></button></li>`;
+  }
+
+  /** Shows a stall on the map, with its card. */
+  private look(stall: string): void {
+    this.go({ stall });
+    this.map?.lookAt(stall);
+  }
+
+  /** A press on the bar: the survey becomes the end that is chosen; the other end is left alone. */
+  private choose(pair: Record<End, SurveyUse>, id: string): void {
+    const other = pair[this.end === "before" ? "after" : "before"].id;
+    if (id === other) return;
+    this.go(this.end === "before" ? { before: id, after: other } : { before: other, after: id });
+  }
+
+  /** The address says which survey is which: the earlier one is before. */
+  override updated(): void {
+    const pair = this.pair();
+    const { before, after } = this.place;
+    if (pair && before !== "" && after !== "" && (pair.before.id !== before || pair.after.id !== after)) {
+      this.end = this.end === "before" ? "after" : "before";
+      this.go({ before: pair.before.id, after: pair.after.id });
+    }
+  }
 }

@@ -1,6 +1,7 @@
 import type { Estimate } from "../api.ts";
+import { dateLanguage } from "../words/clock.ts";
 import { number, say } from "../words/say.ts";
-import { onClock } from "./time-bar-days.ts";
+import { clockWords, onClock } from "./time-bar-days.ts";
 
 const NONE = "–";
 
@@ -20,6 +21,19 @@ export function amount({ value, low, high }: Estimate): string {
 export function moment(iso: string, zone?: string): string {
   if (Number.isNaN(Date.parse(iso))) return NONE;
   return new Date(onClock(iso, zone)).toISOString().slice(0, 16).replace("T", " ");
+}
+
+/** A day in the order in which people of the language write it. */
+export function dayWords(clock: number, parts: Intl.DateTimeFormatOptions): string {
+  return new Date(clock).toLocaleDateString(dateLanguage(), { ...parts, timeZone: "UTC" }).replace(/^(\p{L}+\.?), /u, "$1 ");
+}
+
+/** The same for people: Mon 4 May, 10:02; with the year where it is another one than now. */
+export function dayAndTime(iso: string, zone?: string): string {
+  const clock = onClock(iso, zone);
+  const isThisYear = new Date(clock).getUTCFullYear() === new Date().getUTCFullYear();
+  const day = dayWords(clock, { weekday: "short", day: "numeric", month: "short", ...(isThisYear ? {} : { year: "numeric" }) });
+  return say("compare-day-time", { day, time: clockWords(clock) });
 }
 
 /** The class of a share of looks, 0 to 4, by which a stall is coloured; -1 without looks. */

@@ -1,8 +1,9 @@
-import type { AskedUse, Changed, Figures, Observation, StallsUse, SurveyGround, SurveysUse } from "../api.ts";
-import { API, orNull, type Part, query, read, readByLink } from "../link/api.ts";
+import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, StallsUse, Survey, SurveyGround, SurveysUse } from "../api.ts";
+import type { LocalPlane } from "../fence/plane.ts";
+import { API, orNull, type Part, query, read, readAll, readByLink } from "../link/api.ts";
 import type { Place } from "../route/place.ts";
 import { askedOf } from "./question.ts";
-import { type Features, onMap, type SurveyOnMap } from "./survey-source.ts";
+import { type Features, onMap, planeOf, type SurveyOnMap } from "./survey-source.ts";
 
 /** Days of the period, as 2026-05-04; "" without that end. */
 export interface Period {
@@ -13,6 +14,17 @@ export interface Period {
 /** An answer is shared by the parts of the page for so long, milliseconds; a survey that lands is seen then. */
 const KEPT_MS = 30_000;
 const LOOKS_SHOWN = 30;
+/** Number of the newest surveys of which one that counts is looked for. */
+const NEWEST = "8";
+const DUE_DAYS = "35";
+
+/** A survey that a person deleted, and the change that undoing brings it back by. */
+export interface DeletedSurvey {
+  survey: string;
+  ended: string;
+  seq: number;
+}
+
 
 /** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
 export class LotSource {
@@ -20,6 +32,8 @@ export class LotSource {
   readonly isShared: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
+  /** In which all surveys of the lot are shown: place and zoom stay when one follows another. */
+  private plane: LocalPlane | null = null;
 
   constructor(base: string, now: () => number = Date.now) {
     this.base = `${API}/${base}`;
@@ -34,6 +48,36 @@ export class LotSource {
 
   surveys(period: Period): Promise<SurveysUse> {
     return this.once(`statistics/surveys${query({ ...period })}`);
+  }
+
+  survey(survey: string): Promise<SurveysUse> {
+    return this.once(`statistics/surveys${query({ survey })}`);
+  }
+
+  newest(): Promise<SurveysUse> {
+    return this.once(`statistics/surveys${query({ newest: NEWEST })}`);
+  }
+
+  /** The surveys of the lot that are deleted, and ended in a period; a link knows of none. */
+  async deleted(period: Period): Promise<DeletedSurvey[]> {
+    if (this.isShared) return [];
+    const changes = await this.keep(`${API}/changes`, () => readAll<Change>("changes", { lot: this.base.slice(`${API}/lots/`.length) }));
+    const undoable = new Map(changes.filter(({ kind, undone }) => kind === "delete" && undone === null).flatMap(({ surveys, seq }) => surveys.map((id) => [id, seq] as const)));
+    if (undoable.size === 0) return [];
+    const all = await readAll<Survey>("surveys", { placed: "deleted", ...period });
+    return all.flatMap(({ id, ended }) => (undoable.has(id) ? [{ survey: id, ended, seq: undoable.get(id) ?? 0 }] : []));
+  }
+
+  /** When surveys are due; a link knows of none. */
+  async due(): Promise<string[]> {
+    return this.isShared ? [] : (await this.once<DueList>(`due${query({ days: DUE_DAYS })}`)).items;
+  }
+
+  /** What was recorded over the lot; a link knows of nothing. */
+  async recordings(): Promise<Recording[]> {
+    if (this.isShared) return [];
+    const all = await this.keep(`${API}/recordings`, () => readAll<Recording>("recordings"));
+    return all.filter(({ lot }) => lot !== null && this.base === `${API}/lots/${lot.id}`);
   }
 
   statistics(period: Period, by = ""): Promise<Figures> {
@@ -63,10 +107,12 @@ export class LotSource {
     return this.once(`surveys/${survey}/stalls`);
   }
 
-  /** A survey with its picture; a link shows no picture. */
+  /** A survey with its picture, null where it has neither a stall nor a picture; a link shows no picture. */
   async onMap(survey: string): Promise<SurveyOnMap | null> {
-    const ground = this.isShared ? null : orNull(this.ask<SurveyGround>(`${API}/surveys/${survey}/ground`));
-    return onMap(survey, await this.features(survey), await ground);
+    const asked = this.isShared ? null : orNull(this.ask<SurveyGround>(`${API}/surveys/${survey}/ground`));
+    const [features, ground] = [await this.features(survey), await asked];
+    this.plane ??= planeOf(features, ground);
+    return this.plane && onMap(survey, features, ground, this.plane);
   }
 
   private once<T>(path: string): Promise<T> {
@@ -74,10 +120,14 @@ export class LotSource {
   }
 
   private ask<T>(address: string): Promise<T> {
+    return this.keep(address, () => (this.isShared ? readByLink<T>(address) : read<T>(address)));
+  }
+
+  private keep<T>(address: string, work: () => Promise<T>): Promise<T> {
     const now = this.now();
     const found = this.kept.get(address);
     if (found && now - found.at < KEPT_MS) return found.answer as Promise<T>;
-    const answer = this.isShared ? readByLink<T>(address) : read<T>(address);
+    const answer = work();
     this.kept.set(address, { at: now, answer });
     answer.catch(() => this.kept.delete(address));
     return answer;

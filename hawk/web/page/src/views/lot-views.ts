@@ -23,6 +23,13 @@ export interface LotAccess {
   mayChange: boolean;
 }
 
+/** What the page says, with what undoes it and its name. */
+interface Notice {
+  text: string;
+  undo?: () => Promise<unknown>;
+  name?: string;
+}
+
 const PARTS = ["", "stalls", "links"] as const;
 const NAMES = { "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
 
@@ -35,7 +42,7 @@ export class LotViews extends LitElement {
   @property() spoken = "";
   /** Rises when something was changed: what was read is read again. */
   @state() private revision = 0;
-  @state() private notice: { text: string; undo?: () => Promise<unknown> } | null = null;
+  @state() private notice: Notice | null = null;
   private readonly kept = new Map<string, LotSource>();
 
   constructor() {
@@ -56,9 +63,9 @@ export class LotViews extends LitElement {
     const { place } = this.route;
     return html`<div class="page" @archive-go=${(event: CustomEvent<Partial<Place>>) => this.route.go(event.detail)}
         @archive-changed=${() => this.renew()}
-        @archive-said=${(event: CustomEvent<{ text: string; undo?: () => Promise<unknown> }>) => (this.notice = event.detail)}>
+        @archive-said=${(event: CustomEvent<Notice>) => (this.notice = event.detail)}>
         <h1 class="unseen">${say(`view-${place.view}`)}</h1>
-        ${place.view === "recordings" || place.view === "report" ? nothing : this.head(place)} ${this.content(place)}
+        ${place.view === "lots" ? this.head(place) : nothing} ${this.content(place)}
       </div>
       <div class="notice no-print" role="status">${this.notice === null ? nothing : this.saying(this.notice)}</div>`;
   }
@@ -66,8 +73,8 @@ export class LotViews extends LitElement {
   /** Parts of the view, and the period that it is about. */
   private head(place: Place): TemplateResult {
     const day = (end: "from" | "to"): TemplateResult => html`<label>${say(`archive-${end}`)}<input type="date" .value=${place[end]} @change=${(event: Event) => this.route.go({ [end]: (event.target as HTMLInputElement).value })} /></label>`;
-    return html`<div class="head no-print">${place.view === "lots" ? this.parts(place) : nothing}
-      <div class="fields">${day("from")} ${day("to")}</div></div>`;
+    return html`<div class="head no-print">${this.parts(place)}
+      ${place.show === "stalls" ? html`<div class="fields">${day("from")} ${day("to")}</div>` : nothing}</div>`;
   }
 
   private parts(place: Place): TemplateResult {
@@ -106,9 +113,9 @@ export class LotViews extends LitElement {
     this.revision += 1;
   }
 
-  private saying({ text, undo }: { text: string; undo?: () => Promise<unknown> }): TemplateResult {
+  private saying({ text, undo, name }: Notice): TemplateResult {
     return html`<span>${text}</span>
-      ${undo === undefined ? nothing : html`<button @click=${() => void this.undo(undo)}>${say("archive-undo")}</button>`}
+      ${undo === undefined ? nothing : html`<button @click=${() => void this.undo(undo)}>${name ?? say("archive-undo")}</button>`}
       <button @click=${() => (this.notice = null)}>${say("close")}</button>`;
   }
 

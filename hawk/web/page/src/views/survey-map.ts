@@ -1,29 +1,47 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
-import { customElement, property, query, state } from "lit/decorators.js";
-import { API } from "../link/api.ts";
-import type { Point } from "../protocol.ts";
-import { EMPTY_SCENE } from "../map/flight-scene.ts";
+import { customElement, property, state } from "lit/decorators.js";
 import { cardPlace, scaleBar } from "../map/geometry.ts";
-import { LotMap } from "../map/lot-map.ts";
-import { MapStore, type Stall } from "../state/map-store.ts";
-import { ALL_LAYERS } from "../state/preferences.ts";
+import type { Stall } from "../state/map-store.ts";
+import { cssVars } from "../ui/css-vars.ts";
 import { icon, type IconName } from "../ui/icons.ts";
 import { swatch } from "../ui/swatch.ts";
 import * as format from "../words/format.ts";
 import { capital, number, say } from "../words/say.ts";
 import { likelihood } from "../words/stall.ts";
+import { MapPane } from "./map-pane.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
+import { swipeHandle } from "./swipe.ts";
 
-/** As the drone makes pictures of the ground. */
-const GRID = { cells: 256, cellSize: 0.1 };
 const ZOOM = 1.6;
 const LONGEST_BAR_PX = 120;
 const CARD = { width: 120, height: 192 };
+/** A side whose share of the map is less has no room for its card. */
+const LEAST_SHARE = 0.12;
 
-/** A stored survey on the map of the flight: its picture, and its stalls with states and labels. */
+/** How the later of two surveys lies on the map: over the earlier one right of a line, over all of it, or beside it. */
+export type By = "swipe" | "fade" | "side";
+
+/** Date and counts of a survey, as its card on the map says them. */
+export interface SideCard {
+  title: string;
+  detail: string;
+}
+
+/** One stored survey on the map of the flight, or two: pictures, stalls with states and labels. */
 @customElement("hawk-survey-map")
 export class SurveyMap extends LitElement {
   @property({ attribute: false }) source: SurveyOnMap | null = null;
+  /** The later survey; undefined: one survey is shown. */
+  @property({ attribute: false }) later: SurveyOnMap | null | undefined = undefined;
+  @property() by: By = "swipe";
+  /** Share of the later survey, 0 to 1. */
+  @property({ attribute: false }) at = 0.5;
+  /** What the cards of two surveys say. */
+  @property({ attribute: false }) cards: readonly SideCard[] = [];
+  /** Ids of the stalls that are framed. */
+  @property({ attribute: false }) marked: ReadonlySet<string> = new Set();
+  /** Ids of stalls that the survey before has under another one. */
+  @property({ attribute: false }) earlier: ReadonlyMap<string, string> = new Map();
   /** Id of the stall that was chosen. */
   @property() chosen = "";
   /** What a screen reader says of the map. */
@@ -34,11 +52,8 @@ export class SurveyMap extends LitElement {
   @property() known = "";
   /** What the colours mean, in place of the states. */
   @property({ attribute: false }) legend: TemplateResult | null = null;
-  @query(".ol") private holder!: HTMLElement;
-  @query("canvas.crop") private crop!: HTMLCanvasElement | null;
   @state() private metres = "";
-  private map: LotMap | null = null;
-  private readonly store = new MapStore();
+  private panes: MapPane[] = [];
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -50,95 +65,137 @@ export class SurveyMap extends LitElement {
   }
 
   override disconnectedCallback(): void {
-    this.map?.dispose();
-    this.map = null;
+    for (const { map } of this.panes) map.dispose();
+    this.panes = [];
     super.disconnectedCallback();
   }
 
+  private get isPair(): boolean {
+    return this.later !== undefined;
+  }
+
   override render(): TemplateResult {
-    const stall = this.chosenStall();
-    return html`<section class="map" aria-label=${say("map")}>
-      <div class="ol" tabindex="0" role="application" aria-label=${this.label}></div>
+    const shown = this.panes.map((pane, index) => pane.stall(this.idIn(index)));
+    return html`<section class="map ${this.isPair ? `pair by-${this.by}` : ""}" aria-label=${say("map")} ${cssVars({ "--at": String(this.at) })}>
+      <div class="ol" tabindex="0" role="application" aria-label=${this.isPair ? `${say("archive-before")}: ${this.cardWords(0)}` : this.label}></div>
+      ${this.isPair ? html`<div class="ol over" tabindex=${this.by === "side" ? "0" : "-1"} role="application" aria-label=${`${say("archive-after")}: ${this.cardWords(1)}`}></div>${this.pairParts()}` : nothing}
       <div class="tools">
-        <div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
-        <div class="group">${this.tool(say("whole-lot"), "whole", () => this.map?.look("whole"))}</div>
+        <div class="group">${this.tool(say("zoom-in"), "plus", () => this.panes[0]?.map.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.panes[0]?.map.zoom(1 / ZOOM))}</div>
+        <div class="group">${this.tool(say("whole-lot"), "whole", () => this.panes[0]?.map.look("whole"))}</div>
       </div>
       <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
-      ${stall ? this.card(stall) : nothing}
+      ${shown.some((stall) => stall !== undefined) ? this.card(shown) : nothing}
     </section>`;
+  }
+
+  /** The line between both surveys, their cards, and the choice of how they are compared. */
+  private pairParts(): TemplateResult {
+    const moved = (at: number, isLast: boolean): void => {
+      this.at = at;
+      if (isLast) this.dispatchEvent(new CustomEvent<number>("at", { detail: at, bubbles: true }));
+    };
+    const isShown = [this.by !== "swipe" || this.at > LEAST_SHARE, this.by !== "swipe" || this.at < 1 - LEAST_SHARE];
+    const values = { share: number(100 * (this.by === "swipe" ? 1 - this.at : this.at)), before: this.cards[0]?.title ?? "", after: this.cards[1]?.title ?? "" };
+    return html`${this.cards.map(({ title, detail }, index) => html`<div class="date ${index === 0 ? "first" : "second"}" ?hidden=${!isShown[index]}><b>${title}</b><span>${detail}</span></div>`)}
+      ${this.by === "side" ? nothing : swipeHandle({ at: this.at, label: say(`compare-${this.by}-handle`), words: say(`compare-${this.by}-at`, values), moved })}
+      <div class="modes" role="group" aria-label=${say("compare-modes")}>${(["swipe", "fade", "side"] as const).map(
+        (by) => html`<button aria-pressed=${by === this.by} @click=${() => this.dispatchEvent(new CustomEvent<By>("by", { detail: by, bubbles: true }))}>${say(`compare-${by}`)}</button>`,
+      )}</div>`;
+  }
+
+  private cardWords(index: number): string {
+    const card = this.cards[index];
+    return card ? `${card.title}, ${card.detail}` : "";
   }
 
   private tool(label: string, name: IconName, run: () => void): TemplateResult {
     return html`<button aria-label=${label} title=${label} @click=${run}>${icon(name)}</button>`;
   }
 
-  private card(stall: Stall): TemplateResult {
-    const sure = stall.taken === null ? "" : say("archive-chance-taken", { value: number(100 * stall.taken) });
-    return html`<div class="pop stall" data-stall>
-      <canvas class="crop" width=${CARD.width} height=${CARD.height} role="img" aria-label=${say("stall-picture", { stall: stall.label })}></canvas>
-      <div>
-        <button class="plain close" aria-label=${say("close")} @click=${() => this.choose("")}>${icon("close")}</button>
-        <div class="h">${say("archive-stall-of", { label: stall.label })}</div>
-        ${this.known === "" ? html`<div class="kind">${swatch(stall.state)} ${capital(likelihood(stall))}</div>
-        <div class="sub">${sure}</div>` : html`<div class="sub">${this.known}</div>`}
-      </div>
+  private card(shown: readonly (Stall | undefined)[]): TemplateResult {
+    const label = shown.findLast((stall) => stall !== undefined)?.label ?? "";
+    return html`<div class="pop stall ${this.isPair ? "two" : ""}" data-stall>
+      <button class="plain close" aria-label=${say("close")} @click=${() => this.choose("")}>${icon("close")}</button>
+      ${shown.map(
+        (stall, index) => html`<canvas class="crop" data-pane=${index} width=${CARD.width} height=${CARD.height} role="img" aria-label=${say("stall-picture", { stall: label })} ?hidden=${stall === undefined}></canvas>
+        <div>
+          ${index === 0 ? html`<div class="h">${say("archive-stall-of", { label })}</div>` : nothing}
+          ${this.isPair ? html`<div class="sub">${say(index === 0 ? "archive-before" : "archive-after")}</div>` : nothing}
+          ${stall && this.known !== "" ? html`<div class="sub">${this.known}</div>` : stall ? html`<div class="kind">${swatch(stall.state)} ${capital(likelihood(stall))}</div><div class="sub">${stall.taken === null ? "" : say("archive-chance-taken", { value: number(100 * stall.taken) })}</div>` : html`<div class="kind">${say("compare-not-there")}</div>`}
+        </div>`,
+      )}
     </div>`;
   }
 
   override updated(changed: PropertyValues<this>): void {
     if (!this.isConnected) return;
-    this.map ??= this.make();
-    if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour();
-    if (changed.has("source")) this.showSource(this.map, changed.get("source") ?? null);
-    this.map.setScene({ ...EMPTY_SCENE, selected: this.chosenStall() ?? null });
+    this.makePanes();
+    if (changed.has("theme") && changed.get("theme") !== undefined) for (const { map } of this.panes) map.recolour();
+    const isOther = this.panes.map((pane, index) => pane.show((index === 0 ? this.source : this.later) ?? null));
+    if (isOther[0]) this.panes[0]?.map.look("whole");
+    this.panes.forEach((pane, index) => pane.mark(this.marked, pane.stall(this.idIn(index))));
+    if (isOther.includes(true)) this.requestUpdate(); // now the stall that was chosen has a card
     this.placeMarks();
   }
 
-  private make(): LotMap {
-    const clicked = (_place: Point, stall: number | null): void => this.choose(stall === null ? "" : (this.source?.ids[stall] ?? ""));
-    const events = { clicked, moved: () => this.placeMarks(), looking: () => undefined };
-    const map = new LotMap(this.holder, GRID, events, false);
-    map.showLayers(ALL_LAYERS, null);
-    return map;
+  /** As many maps as surveys; the second one shows the place of the first. */
+  private makePanes(): void {
+    const holders = [...this.querySelectorAll<HTMLElement>(".ol")];
+    while (this.panes.length > holders.length) this.panes.pop()?.map.dispose();
+    for (const [index, holder] of holders.entries()) {
+      if (this.panes[index]) continue;
+      const clicked = (_: unknown, stall: number | null): void => this.choose(this.laterId(index, this.panes[index]?.idOf(stall) ?? ""));
+      const looking = (how: string): void => {
+        if (how === "free") this.panes.forEach(({ map }, other) => (other === index ? undefined : map.stay()));
+      };
+      this.panes.push(new MapPane(holder, { clicked, moved: () => this.placeMarks(), looking }, this.panes[0] ?? null));
+    }
   }
 
-  /** The place and the zoom stay while the surveys of one lot follow each other. */
-  private showSource(map: LotMap, before: SurveyOnMap | null): void {
-    const { source } = this;
-    const { store } = this;
-    store.stalls.clear();
-    for (const stall of source?.stalls ?? []) store.stalls.set(stall.id, stall);
-    if (source?.ground) {
-      const { survey, ground } = source;
-      map.showGround(({ row, column }) => `${API}/surveys/${survey}/ground/${row}/${column}`, ground.place, ground.tiles.map(([row, column]) => ({ row, column })));
-    } else map.showGround(() => "", { north: 0, east: 0, turn: 0 }, []);
-    map.apply({ reset: false, stalls: [...store.stalls.keys()], removed: (before?.stalls ?? []).map(({ id }) => id).filter((id) => !store.stalls.has(id)), tiles: [], pictures: [] }, store);
-    map.showLabels(source?.rows ?? []);
-    const isSame = before !== null && source !== null && before.plane.origin.Latitude === source.plane.origin.Latitude;
-    if (!isSame) map.look("whole");
+  /** The id that a survey has for the stall that was chosen. */
+  private idIn(index: number): string {
+    return index === 0 && this.isPair ? (this.earlier.get(this.chosen) ?? this.chosen) : this.chosen;
   }
 
-  private chosenStall(): Stall | undefined {
-    const index = this.chosen === "" ? -1 : (this.source?.ids.indexOf(this.chosen) ?? -1);
-    return this.source?.stalls[index];
+  /** The later survey's id for a stall of one of both. */
+  private laterId(index: number, id: string): string {
+    if (index !== 0 || !this.isPair) return id;
+    return [...this.earlier].find(([, before]) => before === id)?.[0] ?? id;
   }
 
   private choose(stall: string): void {
     this.dispatchEvent(new CustomEvent<string>("stall", { detail: stall, bubbles: true }));
   }
 
+  /** Brings a stall into view. */
+  lookAt(id: string): void {
+    for (const [index, pane] of this.panes.entries()) {
+      const stall = pane.stall(index === 0 ? (this.earlier.get(id) ?? id) : id);
+      if (!stall) continue;
+      pane.map.lookAt({ North: stall.north, East: stall.east });
+      return;
+    }
+  }
+
   /** Puts the scale's length, and the card of the stall beside its place. */
   private placeMarks(): void {
-    const { map } = this;
-    if (!map) return;
-    const { length, pixels } = scaleBar(map.resolution, LONGEST_BAR_PX);
+    const [first] = this.panes;
+    if (!first) return;
+    const { length, pixels } = scaleBar(first.map.resolution, LONGEST_BAR_PX);
     this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
     this.metres = format.scaleLength(length, "metres");
-    const [stall, card] = [this.chosenStall(), this.querySelector<HTMLElement>("[data-stall]")];
-    const pixel = stall && map.pixelOf({ North: stall.north, East: stall.east });
-    if (!stall || !card || !pixel) return;
-    if (this.crop) this.crop.hidden = !map.drawStall(stall, this.crop);
-    const [left, top] = cardPlace(pixel, card, this.holder);
+    const [card, frame] = [this.querySelector<HTMLElement>("[data-stall]"), this.querySelector<HTMLElement>(".map")];
+    if (!card || !frame) return;
+    for (const crop of card.querySelectorAll<HTMLCanvasElement>(".crop")) {
+      const pane = this.panes[Number(crop.dataset.pane)];
+      const stall = pane?.stall(this.idIn(Number(crop.dataset.pane)));
+      crop.hidden = !stall || pane?.map.drawStall(stall, crop) !== true;
+    }
+    const index = this.panes.findIndex((pane, each) => pane.stall(this.idIn(each)));
+    const stall = this.panes[index]?.stall(this.idIn(index));
+    const pixel = stall && this.panes[index]?.map.pixelOf({ North: stall.north, East: stall.east });
+    if (!pixel) return;
+    const [left, top] = cardPlace(pixel, card, frame);
     card.style.transform = `translate(${left}px, ${top}px)`;
   }
 }

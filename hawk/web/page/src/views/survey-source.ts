@@ -29,15 +29,24 @@ export interface SurveyOnMap {
 
 type Ring = [number, number][];
 
-/** A survey with its ground; null where it has neither a stall nor a picture. `ground`: null where none is shown. */
-export function onMap(survey: string, { features }: Features, ground: SurveyGround | null): SurveyOnMap | null {
-  const shapes = features.filter((each) => each.properties.amenity !== "parking" && each.geometry.type === "Polygon");
-  const first = (shapes[0]?.geometry.coordinates as Ring[] | undefined)?.[0]?.[0];
-  const origin = ground ? { Latitude: ground.datum[0], Longitude: ground.datum[1] } : first && { Latitude: first[1], Longitude: first[0] };
-  if (!origin) return null;
-  const plane = new LocalPlane(origin);
+/** The plane in which all surveys of a lot are shown: about the first one's datum, or stall; null where it has neither. */
+export function planeOf({ features }: Features, ground: SurveyGround | null): LocalPlane | null {
+  const first = (features.find(isStall)?.geometry.coordinates as Ring[] | undefined)?.[0]?.[0];
+  if (ground) return new LocalPlane({ Latitude: ground.datum[0], Longitude: ground.datum[1] });
+  return first ? new LocalPlane({ Latitude: first[1], Longitude: first[0] }) : null;
+}
+
+/** A survey with its ground in a plane. `ground`: null where none is shown. */
+export function onMap(survey: string, { features }: Features, ground: SurveyGround | null, plane: LocalPlane): SurveyOnMap {
+  const shapes = features.filter(isStall);
   const stalls = shapes.map((each, index) => stallOf(each, index, plane));
-  return { survey, plane, stalls, ids: shapes.map(({ id }) => id), rows: rowMarks(stalls), ground };
+  const off = ground ? plane.toMap({ Latitude: ground.datum[0], Longitude: ground.datum[1] }) : { North: 0, East: 0 };
+  const placed = ground && { ...ground, place: { ...ground.place, north: ground.place.north + off.North, east: ground.place.east + off.East } };
+  return { survey, plane, stalls, ids: shapes.map(({ id }) => id), rows: rowMarks(stalls), ground: placed };
+}
+
+function isStall({ properties, geometry }: Feature): boolean {
+  return properties.amenity !== "parking" && geometry.type === "Polygon";
 }
 
 function stallOf({ geometry, properties }: Feature, id: number, plane: LocalPlane): Stall {

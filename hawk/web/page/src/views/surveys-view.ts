@@ -5,8 +5,9 @@ import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
 import { partsOf } from "../plan/values.ts";
 import type { CountedState } from "../state/map-store.ts";
-import { number, say } from "../words/say.ts";
+import { language, number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
+import type { Period } from "./link.ts";
 import "./changes-list.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
@@ -16,35 +17,54 @@ import { Asked, View, wordsOf } from "./view.ts";
 /** The surveys of a lot by date, and one of them. */
 @customElement("archive-surveys")
 export class SurveysView extends View {
+  /** The survey that the address names, or the newest ones. */
+  private readonly about = new Asked<SurveysUse>(this);
+  /** Those of the days that the bar shows. */
   private readonly listed = new Asked<SurveysUse>(this);
+  private period: Period | null = null;
   private readonly shown = new Asked<SurveyOnMap | null>(this);
   /** Id of the survey whose deletion is asked about. */
   private asked = "";
+  private ids: readonly string[] = [];
 
   override willUpdate(): void {
-    const { from, to, lot } = this.place;
-    this.listed.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.surveys({ from, to }));
+    const { lot, survey: named } = this.place;
+    const { period } = this;
+    this.about.ask(JSON.stringify([lot, named, this.revision]), () => (named === "" ? this.source.newest() : this.source.survey(named)));
+    if (period) this.listed.ask(JSON.stringify([lot, period, this.revision]), () => this.source.surveys(period));
     const survey = this.chosen()?.id;
     if (survey !== undefined) this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
   }
 
   /** The survey that the address names; else the newest one that counts. */
   private chosen(): SurveyUse | undefined {
-    const surveys = this.listed.value?.surveys ?? [];
+    const surveys = this.about.value?.surveys ?? [];
     return surveys.find(({ id }) => id === this.place.survey) ?? surveys.find((row) => row.left_out_code === "") ?? surveys[0];
   }
 
   override render(): TemplateResult {
-    const { value, problem } = this.listed;
+    const { value, problem } = this.about;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     if (value.surveys.length === 0) return html`<p>${say("archive-no-survey")}</p>`;
     const chosen = this.chosen();
     return html`<div class="lot">
         ${chosen ? this.one(chosen) : nothing}
-        <hawk-time-bar .surveys=${value.surveys} .chosen=${chosen ? [chosen.id] : []} .zone=${value.clock} @survey=${(event: CustomEvent<string>) => this.go({ survey: event.detail, stall: "" })}></hawk-time-bar>
+        <hawk-time-bar .source=${this.source} lot=${this.place.lot} .revision=${this.revision} .chosen=${this.chosenIds(chosen)} .mayChange=${this.mayChange} .spoken=${language()}
+          @survey=${(event: CustomEvent<string>) => this.go({ survey: event.detail })} @period=${(event: CustomEvent<Period>) => this.show(event.detail)}></hawk-time-bar>
       </div>
-      <details class="card"><summary>${say("archive-list")}</summary>${this.table(value.surveys)}</details>`;
+      <details class="card"><summary>${say("archive-list")}</summary>${this.table(this.listed.value?.surveys ?? [])}</details>`;
+  }
+
+  private show(period: Period): void {
+    this.period = period;
+    this.requestUpdate();
+  }
+
+  /** The same list while the same survey is shown. */
+  private chosenIds(chosen: SurveyUse | undefined): readonly string[] {
+    if (this.ids[0] !== chosen?.id) this.ids = chosen ? [chosen.id] : [];
+    return this.ids;
   }
 
   private table(surveys: SurveyUse[]): TemplateResult {
@@ -52,7 +72,7 @@ export class SurveysView extends View {
       <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${surveys.map(
         (row) => html`<tr class=${row.id === this.place.survey ? "on" : ""}>
-          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended, this.listed.value?.clock)}</button></th>
+          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended, this.about.value?.clock)}</button></th>
           ${named("archive-free", row.free)}${named("archive-taken", row.taken)}${named("archive-unknown", row.unknown)}
           ${named("archive-occupancy", share(row.occupancy))}<td>${notes(row)}</td>
         </tr>`,
@@ -63,7 +83,7 @@ export class SurveysView extends View {
   private one(row: SurveyUse): TemplateResult {
     const { value, problem } = this.shown;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
-    const title = say("archive-survey-of", { when: moment(row.ended, this.listed.value?.clock) });
+    const title = say("archive-survey-of", { when: moment(row.ended, this.about.value?.clock) });
     return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
       <section class="card about" aria-label=${title}>
         <h2>${title}</h2>
@@ -96,7 +116,7 @@ export class SurveysView extends View {
       const { seq } = await post<{ seq: number }>(`surveys/${row.id}/delete`);
       this.go({ survey: "" });
       this.changed();
-      this.said(say("archive-survey-deleted", { when: moment(row.ended, this.listed.value?.clock) }), () => post(`changes/${seq}/undo`));
+      this.said(say("archive-survey-deleted", { when: moment(row.ended, this.about.value?.clock) }), () => post(`changes/${seq}/undo`));
     } catch (error) {
       this.said(wordsOf(error));
     }

@@ -1,49 +1,125 @@
 import type { SurveyUse } from "../api.ts";
 
-/** A survey on the bar; `at`: part of the day, 0 to 1. `ids`: all that it stands for, which lie too near each other on the bar. */
+export const SPANS = ["day", "week", "month"] as const;
+export type Span = (typeof SPANS)[number];
+
+/** A survey on the bar; `left`: pixels from the begin of its day. `ids`: all that it stands for, which lie too near each other. */
 export interface Tick {
   survey: SurveyUse;
-  at: number;
+  left: number;
   clock: string;
   ids: readonly string[];
+  /** Mean share that is taken; null where none is known. */
+  share: number | null;
 }
 
 /** A day of the lot's clock; `date`: its midnight, as if that clock were UTC. */
 export interface Day {
-  date: Date;
+  date: number;
   ticks: Tick[];
 }
 
-const DAY_MS = 86_400_000;
+/** Hours of the day that the bar shows, first and last. */
+export type Hours = readonly [number, number];
+
+export const DAY_MS = 86_400_000;
+const HOUR_MS = 3_600_000;
 const WEEK_DAYS = 7;
-/** Ticks nearer than this part of a day are one: two hours. */
-const APART = 1 / 12;
+/** Days of a narrow bar in place of a week. */
+const FEW_DAYS = 3;
+/** The first day of 1970 was a Thursday, three days after a Monday. */
+const AFTER_MONDAY = 3;
+/** Hours that are shown in any case. */
+const USUAL: Hours = [7, 19];
+/** Ticks nearer than this, pixels, are one. */
+export const APART_PX = 12;
 
 /** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
-export function onClock(iso: string, zone?: string): number {
-  const parts = new Intl.DateTimeFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(iso));
+export function onClock(time: string | number, zone?: string): number {
+  const parts = new Intl.DateTimeFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
   const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
   return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
 }
 
-/** The midnights of the week that ends with a day, `back` weeks before it. */
-export function weekOf(iso: string, zone: string, back = 0): number[] {
-  const last = Math.floor(onClock(iso, zone) / DAY_MS) * DAY_MS - back * WEEK_DAYS * DAY_MS;
-  return Array.from({ length: WEEK_DAYS }, (_, index) => last - (WEEK_DAYS - 1 - index) * DAY_MS);
+/** Hours and minutes of a clock's time, as 10:02. */
+export function clockWords(clock: number): string {
+  return new Date(clock).toISOString().slice(11, 16);
 }
 
-/** The surveys of days, by the lot's clock; of those that lie too near the newest stands for all. */
-export function daysOf(surveys: readonly SurveyUse[], midnights: readonly number[], zone: string): Day[] {
+/** The midnights of the day, the week or the month that a clock's time lies in: nothing moves while one goes within it. */
+export function midnightsOf(clock: number, span: Span, isNarrow = false): number[] {
+  const day = Math.floor(clock / DAY_MS);
+  const from = (first: number, count: number): number[] => Array.from({ length: count }, (_, index) => (first + index) * DAY_MS);
+  if (span === "day") return from(day, 1);
+  if (span === "week") return isNarrow ? from(day - (day % FEW_DAYS), FEW_DAYS) : from(day - ((day + AFTER_MONDAY) % WEEK_DAYS), WEEK_DAYS);
+  const date = new Date(clock);
+  const [first, next] = [Date.UTC(date.getUTCFullYear(), date.getUTCMonth(), 1), Date.UTC(date.getUTCFullYear(), date.getUTCMonth() + 1, 1)];
+  return from(first / DAY_MS, (next - first) / DAY_MS);
+}
+
+/** A day as the API takes it: 2026-05-04. */
+export function dayOf(midnight: number): string {
+  return new Date(midnight).toISOString().slice(0, 10);
+}
+
+/** Hours of the day with everything that is shown. */
+export function hoursOf(clocks: readonly number[]): Hours {
+  const hours = clocks.map((clock) => (((clock % DAY_MS) + DAY_MS) % DAY_MS) / HOUR_MS);
+  return [Math.min(USUAL[0], ...hours.map(Math.floor)), Math.max(USUAL[1], ...hours.map((hour) => Math.floor(hour) + 1))];
+}
+
+/** Where a clock's time lies in its day, pixels. */
+export function leftOf(clock: number, [first, last]: Hours, width: number): number {
+  const hour = (((clock % DAY_MS) + DAY_MS) % DAY_MS) / HOUR_MS;
+  return (width * (hour - first)) / (last - first);
+}
+
+/** The surveys of days, by the lot's clock; those that lie too near are one. `width`: of a day, pixels. */
+export function daysOf(surveys: readonly SurveyUse[], midnights: readonly number[], zone: string, hours: Hours, width: number, shareOf: (survey: SurveyUse) => number | null): Day[] {
   const placed = surveys.map((survey) => ({ survey, clock: onClock(survey.ended, zone) })).sort((one, other) => one.clock - other.clock);
-  return midnights.map((midnight) => {
-    const ticks: Tick[] = [];
-    for (const { survey, clock } of placed.filter(({ clock: at }) => at >= midnight && at < midnight + DAY_MS)) {
-      const at = (clock - midnight) / DAY_MS;
-      const last = ticks.at(-1);
-      const tick = { survey, at, clock: new Date(clock).toISOString().slice(11, 16), ids: [survey.id] };
-      if (last && at - last.at < APART - 1e-6) ticks[ticks.length - 1] = { ...tick, at: last.at, ids: [...last.ids, survey.id] };
-      else ticks.push(tick);
+  return midnights.map((date) => {
+    const groups: { left: number; clock: number; surveys: [SurveyUse, ...SurveyUse[]] }[] = [];
+    for (const { survey, clock } of placed) {
+      if (clock < date || clock >= date + DAY_MS) continue;
+      const left = leftOf(clock, hours, width);
+      const last = groups.at(-1);
+      if (last && left - last.left < APART_PX) last.surveys.push(survey);
+      else groups.push({ left, clock, surveys: [survey] });
     }
-    return { date: new Date(midnight), ticks };
+    return { date, ticks: groups.map(({ left, clock, surveys: all }) => tickOf(all, left, clock, shareOf)) };
+  });
+}
+
+function tickOf(all: readonly [SurveyUse, ...SurveyUse[]], left: number, clock: number, shareOf: (survey: SurveyUse) => number | null): Tick {
+  return { survey: all[0], left, clock: clockWords(clock), ids: all.map(({ id }) => id), share: mean(all.map(shareOf)) };
+}
+
+function mean(shares: readonly (number | null)[]): number | null {
+  const known = shares.filter((share) => share !== null);
+  return known.length === 0 ? null : known.reduce((sum, share) => sum + share, 0) / known.length;
+}
+
+/** Words below the bar. */
+export interface Caption {
+  left: number;
+  text: string;
+  tone: "on" | "" | "due";
+}
+
+const LETTER_PX = 7;
+const PADDING_PX = 12;
+const GAP_PX = 4;
+
+/** Those that have room, the first ones first. What is chosen makes room beside another one. */
+export function fitting(captions: readonly Caption[], width: number): Caption[] {
+  const taken: [number, number][] = [];
+  return captions.flatMap((caption) => {
+    const size = caption.text.length * LETTER_PX + PADDING_PX;
+    const within = (left: number): number => Math.max(0, Math.min(width - size, left));
+    const beside = caption.tone === "on" ? taken.flatMap(([from, to]) => [from - GAP_PX - size, to + GAP_PX]) : [];
+    const left = [caption.left - size / 2, ...beside].map(within).find((each) => taken.every(([from, to]) => each >= to || each + size <= from));
+    if (left === undefined) return [];
+    taken.push([left, left + size]);
+    return [{ ...caption, left }];
   });
 }

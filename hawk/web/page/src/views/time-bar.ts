@@ -1,72 +1,285 @@
-import { html, LitElement, nothing, type TemplateResult } from "lit";
-import { customElement, property } from "lit/decorators.js";
-import type { SurveyUse } from "../api.ts";
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
+import { customElement, property, state } from "lit/decorators.js";
+import type { DirectiveResult } from "lit/directive.js";
+import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
+import { post } from "../link/api.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { icon } from "../ui/icons.ts";
-import { language, number, say } from "../words/say.ts";
-import { share } from "./figures.ts";
-import { type Day, daysOf, type Tick, weekOf } from "./time-bar-days.ts";
+import * as format from "../words/format.ts";
+import { number, say } from "../words/say.ts";
+import { dayWords, share } from "./figures.ts";
+import type { DeletedSurvey, LotSource, Period } from "./link.ts";
+import { type Caption, clockWords, type Day, DAY_MS, dayOf, daysOf, fitting, type Hours, hoursOf, leftOf, midnightsOf, onClock, type Span, SPANS, type Tick } from "./time-bar-days.ts";
+import { Asked } from "./view.ts";
 
-/** The surveys of a lot as ticks by day and hour, a week at a time: each is filled by the share that was taken. */
+/** A bar that is narrower shows three days in place of a week. */
+const NARROW_PX = 560;
+/** Before the bar was measured. */
+const USUAL_PX = 900;
+/** Days that are narrower have no hours below them; those that are still narrower a number alone. */
+const HOURS_PX = 90;
+const NAME_PX = 54;
+const TODAY_PX = 140;
+const MINUTE_MS = 60_000;
+
+/** The surveys of a lot as ticks by day and hour, each filled by the share that was taken. It asks for the days that it shows. */
 @customElement("hawk-time-bar")
 export class TimeBar extends LitElement {
-  @property({ attribute: false }) surveys: readonly SurveyUse[] = [];
-  /** Ids of the surveys that are shown: one, or two that are compared. */
+  @property({ attribute: false }) source!: LotSource;
+  @property() lot = "";
+  /** Rises when something was changed. */
+  @property({ attribute: false }) revision = 0;
+  /** Ids of the surveys that are shown: one, or two that are compared; none: the newest one's days. */
   @property({ attribute: false }) chosen: readonly string[] = [];
-  /** Time zone of the lot. */
-  @property() zone = "UTC";
-  /** Weeks before the one of what is chosen. */
-  @property({ attribute: false }) private back = 0;
+  /** What the chosen ones are called: before, after. */
+  @property({ attribute: false }) ends: readonly string[] = [];
+  /** Ids of the surveys that count for what is asked; null: all. */
+  @property({ attribute: false }) marked: ReadonlySet<string> | null = null;
+  /** Share that is taken of what is asked, 0 to 1, by survey; null: of the lot. */
+  @property({ attribute: false }) shares: ReadonlyMap<string, number> | null = null;
+  @property({ attribute: false }) mayChange = false;
+  /** Draws the bar again in another language. */
+  @property() spoken = "";
+  @state() private span: Span = "week";
+  /** A moment of the lot's clock in the days that are shown; null: that of what was chosen last. */
+  @state() private anchor: number | null = null;
+  @state() private width = USUAL_PX;
+  private followed = "";
+  private zone = "UTC";
+  private shown = "";
+  private ticking = 0;
+  private readonly about = new Asked<SurveysUse>(this);
+  private readonly listed = new Asked<SurveysUse>(this);
+  private readonly deleted = new Asked<DeletedSurvey[]>(this);
+  private readonly due = new Asked<string[]>(this);
+  private readonly films = new Asked<Recording[]>(this);
+  private readonly watch = new ResizeObserver(([entry]) => {
+    const width = entry?.contentRect.width ?? 0;
+    if (width > 0) this.width = width;
+  });
 
   protected override createRenderRoot(): HTMLElement {
     return this;
   }
 
-  override willUpdate(changed: Map<string, unknown>): void {
-    if (changed.has("chosen") && JSON.stringify(changed.get("chosen")) !== JSON.stringify(this.chosen)) this.back = 0;
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.ticking = window.setInterval(() => this.requestUpdate(), MINUTE_MS);
+  }
+
+  override disconnectedCallback(): void {
+    clearInterval(this.ticking);
+    this.watch.disconnect();
+    super.disconnectedCallback();
+  }
+
+  override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has("chosen")) {
+      const before = changed.get("chosen") ?? [];
+      const other = this.chosen.find((id) => !before.includes(id));
+      if (other !== undefined) [this.followed, this.anchor] = [other, null];
+      if (!this.chosen.includes(this.followed)) this.followed = this.chosen.at(-1) ?? "";
+    }
+    const { source, lot, revision, followed } = this;
+    this.about.ask(`${lot} ${followed} ${revision}`, () => (followed === "" ? source.newest() : source.survey(followed)));
+    this.zone = this.about.value?.clock ?? this.zone;
+    if (this.about.value === null) return;
+    const period = this.period();
+    const key = JSON.stringify([lot, period, revision]);
+    this.listed.ask(key, () => source.surveys(period));
+    this.deleted.ask(key, () => source.deleted(period));
+    this.due.ask(`${lot} ${revision}`, () => source.due());
+    this.films.ask(lot, () => source.recordings());
+  }
+
+  private midnights(): number[] {
+    const survey = this.about.value?.surveys[0];
+    const at = this.anchor ?? onClock(survey?.ended ?? Date.now(), this.zone);
+    return midnightsOf(at, this.span, this.width < NARROW_PX);
+  }
+
+  private period(): Period {
+    const all = this.midnights();
+    return { from: dayOf(all[0] ?? 0), to: dayOf(all.at(-1) ?? 0) };
+  }
+
+  override updated(): void {
+    const days = this.querySelector(".days");
+    if (days) this.watch.observe(days);
+    if (this.about.value === null) return;
+    const period = this.period();
+    if (JSON.stringify(period) === this.shown) return;
+    this.shown = JSON.stringify(period);
+    this.dispatchEvent(new CustomEvent<Period>("period", { detail: period, bubbles: true }));
   }
 
   override render(): TemplateResult | typeof nothing {
-    const about = this.surveys.find(({ id }) => id === this.chosen.at(-1)) ?? this.surveys[0];
-    if (!about) return nothing;
-    const days = daysOf(this.surveys, weekOf(about.ended, this.zone, this.back), this.zone);
+    const problem = this.about.problem || this.listed.problem;
+    if (problem !== "") return html`<p role="alert">${problem}</p>`;
+    if (this.about.value === null) return html`<section class="timebar" aria-label=${say("time-bar")} aria-busy="true"></section>`;
+    const midnights = this.midnights();
+    const dayWidth = this.width / midnights.length;
+    const inSight = (clock: number): boolean => clock >= (midnights[0] ?? 0) && clock < (midnights.at(-1) ?? 0) + DAY_MS;
+    const clocks = (all: readonly string[]): number[] => all.map((each) => onClock(each, this.zone)).filter(inSight);
+    const surveys = (this.listed.value?.surveys ?? []).filter(({ ended }) => inSight(onClock(ended, this.zone)));
+    const due = clocks(this.due.value ?? []);
+    const hours = hoursOf([...clocks([...surveys, ...(this.deleted.value ?? [])].map(({ ended }) => ended)), ...due]);
+    const days = daysOf(surveys, midnights, this.zone, hours, dayWidth, (each) => this.shareOf(each));
+    const isKnown = this.listed.value !== null;
     return html`<section class="timebar" aria-label=${say("time-bar")}>
-      <div class="steps">
-        <button aria-label=${say("time-bar-before")} @click=${() => (this.back += 1)}>${icon("left")}</button>
-        <button aria-label=${say("time-bar-after")} @click=${() => (this.back -= 1)}>${icon("next")}</button>
-      </div>
-      <ol class="days" @keydown=${(event: KeyboardEvent) => this.key(event)}>${days.map((day) => this.day(day))}</ol>
+      ${this.steps(midnights)}
+      <div class="frame"><ol class="days ${this.span}" @keydown=${(event: KeyboardEvent) => this.key(event)}>${days.map((day) => this.day(day, { hours, dayWidth, due, isKnown }))}</ol>
+      <div class="captions" aria-hidden="true">${this.captions(days, hours, dayWidth, due).map(({ left, text, tone }) => html`<span class=${tone} ${atPx(left)}>${text}</span>`)}</div></div>
     </section>`;
   }
 
-  private day(day: Day): TemplateResult {
-    const name = day.date.toLocaleDateString(language(), { weekday: "short", day: "numeric", month: "short", timeZone: "UTC" });
-    return html`<li class=${day.ticks.length === 0 ? "none" : ""}><b>${name}</b>
-      <div class="hours">${day.ticks.map((tick) => this.tick(tick))}</div></li>`;
+  private steps(midnights: readonly number[]): TemplateResult {
+    const to = (clock: number): void => {
+      this.anchor = clock;
+    };
+    const film = this.film(this.followed);
+    const names: Record<Span, string> = { day: say("time-bar-day"), week: this.width < NARROW_PX ? say("time-bar-few") : say("time-bar-week"), month: say("time-bar-month") };
+    return html`<div class="steps">
+      <div class="spans" role="group" aria-label=${say("time-bar-span")}>${SPANS.map(
+        (span) => html`<button aria-pressed=${span === this.span} @click=${() => [this.anchor, this.span] = [this.anchor ?? this.clockOf(this.followed), span]}>${names[span]}</button>`,
+      )}</div>
+      <button class="icononly" aria-label=${say("time-bar-before")} @click=${() => to((midnights[0] ?? 0) - 1)}>${icon("left")}</button>
+      ${this.films.value?.length ? html`<button class="icononly" aria-label=${say("time-bar-play")} ?disabled=${film === undefined} @click=${() => this.play()}>${icon("play")}</button>` : nothing}
+      <button class="icononly" aria-label=${say("time-bar-after")} @click=${() => to((midnights.at(-1) ?? 0) + DAY_MS)}>${icon("next")}</button>
+    </div>`;
   }
 
-  private tick({ survey, at, clock, ids }: Tick): TemplateResult {
+  private day({ date, ticks }: Day, { hours, dayWidth, due, isKnown }: { hours: Hours; dayWidth: number; due: readonly number[]; isKnown: boolean }): TemplateResult {
+    const now = onClock(Date.now(), this.zone);
+    const isToday = now >= date && now < date + DAY_MS;
+    const deleted = (this.deleted.value ?? []).map((each) => ({ ...each, clock: onClock(each.ended, this.zone) })).filter(({ clock }) => clock >= date && clock < date + DAY_MS);
+    const isEmpty = isKnown && ticks.length === 0 && deleted.length === 0 && date + DAY_MS <= now;
+    const words = dayWords(date, dayWidth < NAME_PX ? { day: "numeric" } : { weekday: "short", day: "numeric", ...(dayWidth < HOURS_PX ? {} : { month: "short" }) });
+    const name = isToday && dayWidth >= TODAY_PX ? say("time-bar-today", { day: words }) : words;
+    const left = (clock: number): DirectiveResult => atPx(leftOf(clock, hours, dayWidth));
+    return html`<li class="${isEmpty ? "none" : ""} ${isToday ? "today" : ""}"><b>${name}</b>
+      <div class="hours">${isEmpty ? html`<span class="unseen">${say("time-bar-nobody")}</span>` : nothing}
+        ${ticks.map((tick) => this.tick(tick, date))}
+        ${deleted.map((each) => this.deletedTick(each, leftOf(each.clock, hours, dayWidth)))}
+        ${due.filter((clock) => clock >= date && clock < date + DAY_MS).map((clock) => html`<span class="tick due" role="img" aria-label=${this.dueWords(clock)} title=${this.dueWords(clock)} ${left(clock)}><i></i></span>`)}
+        ${isToday && leftOf(now, hours, dayWidth) >= 0 && leftOf(now, hours, dayWidth) <= dayWidth ? html`<span class="now" ${left(now)}></span>` : nothing}
+      </div>
+      <div class="axis" aria-hidden="true">${dayWidth < HOURS_PX ? nothing : axisOf(hours, dayWidth).map((hour) => html`<span ${left(date + hour * 3_600_000)}>${number(hour)}</span>`)}</div></li>`;
+  }
+
+  private tick(tick: Tick, date: number): TemplateResult {
+    const { survey, left, clock, ids, share: part } = tick;
     const on = this.chosen.some((id) => ids.includes(id));
-    const count = ids.length;
-    const { value } = survey.occupancy;
-    const label = [clock, survey.left_out_code === "" ? `${say("archive-occupancy")} ${share(survey.occupancy)}` : say("time-bar-not-counted"), count > 1 ? say("time-bar-more", { count: count - 1 }) : ""].filter((each) => each !== "").join(", ");
-    return html`<button class="tick ${on ? "on" : ""}" aria-pressed=${on} title=${label} aria-label=${label}
-      ${cssVars({ "--at": `${100 * at}%`, "--full": `${100 * (value ?? 0)}%` })} @click=${() => this.pick(survey.id)}>
-      <i class=${value === null ? "unknown" : ""}></i><span class="clock">${on ? clock : ""}</span>${count > 1 ? html`<span class="count" aria-hidden="true">${number(count)}</span>` : nothing}</button>`;
+    const counts = this.marked === null || ids.some((id) => this.marked?.has(id));
+    const isMany = ids.length > 1;
+    const words = this.shares ? share0(part) : survey.left_out_code === "" ? `${say("archive-occupancy")} ${share(survey.occupancy)}` : say("time-bar-not-counted");
+    const end = this.ends.filter((_, index) => ids.includes(this.chosen[index] ?? "")).join(", ");
+    const label = isMany && this.span !== "day" ? say("time-bar-open-day", { count: ids.length, time: clock }) : [end, clock, words, isMany ? say("time-bar-more", { count: ids.length - 1 }) : ""].filter((each) => each !== "").join(", ");
+    return html`<button class="tick ${on ? "on" : ""} ${counts ? "" : "pale"}" aria-pressed=${on} title=${label} aria-label=${label}
+      ${cssVars({ "--at": `${left}px`, "--full": `${100 * (part ?? 0)}%` })} @click=${() => this.press(tick, date)}>
+      <i class=${part === null ? "unknown" : ""}></i>${isMany ? html`<span class="count" aria-hidden="true">${number(ids.length)}</span>` : nothing}</button>`;
   }
 
-  /** Arrows go from survey to survey, whatever week they lie in. */
+  private deletedTick({ ended, seq }: DeletedSurvey, left: number): TemplateResult {
+    const words = say("time-bar-deleted", { time: clockWords(onClock(ended, this.zone)) });
+    const back = async (): Promise<void> => {
+      await post(`changes/${seq}/undo`);
+    };
+    const said = (): boolean => this.dispatchEvent(new CustomEvent("archive-said", { detail: { text: words, undo: back, name: say("time-bar-bring-back") }, bubbles: true }));
+    const label = this.mayChange ? `${words}. ${say("time-bar-bring-back")}` : words;
+    return html`<button class="tick deleted" title=${label} aria-label=${label} ?disabled=${!this.mayChange} ${atPx(left)} @click=${said}><i></i></button>`;
+  }
+
+  /** The chosen ones first, then what is due next, then what was deleted. */
+  private captions(days: readonly Day[], hours: Hours, dayWidth: number, due: readonly number[]): Caption[] {
+    const placed = (clock: number): number => dayWidth * days.findIndex(({ date }) => clock >= date && clock < date + DAY_MS) + leftOf(clock, hours, dayWidth);
+    const on = days.flatMap(({ ticks }, index) =>
+      ticks.filter(({ ids }) => this.chosen.some((id) => ids.includes(id))).map(({ ids, left }): Caption => {
+        const time = ids.filter((id) => this.chosen.includes(id)).map((id) => clockWords(this.clockOf(id) ?? 0)).join(", ");
+        const end = this.ends.filter((_, each) => ids.includes(this.chosen[each] ?? "")).join(", ");
+        return { left: index * dayWidth + left, text: end === "" ? time : `${end} ${time}`, tone: "on" };
+      }),
+    );
+    const next = due.length === 0 ? [] : [{ left: placed(due[0] ?? 0), text: this.dueWords(due[0] ?? 0), tone: "due" as const }];
+    const gone = (this.deleted.value ?? []).map(({ ended }): Caption => ({ left: placed(onClock(ended, this.zone)), text: say("time-bar-deleted", { time: clockWords(onClock(ended, this.zone)) }), tone: "" }));
+    return fitting([...on.reverse(), ...next, ...(dayWidth < NAME_PX ? [] : gone)], this.width);
+  }
+
+  private clockOf(id: string): number | null {
+    const row = [...(this.listed.value?.surveys ?? []), ...(this.about.value?.surveys ?? [])].find((each) => each.id === id);
+    return row ? onClock(row.ended, this.zone) : null;
+  }
+
+  private dueWords(clock: number): string {
+    const left = (clock - onClock(Date.now(), this.zone)) / 1000;
+    if (left < 0) return say("time-bar-due-since", { time: clockWords(clock) });
+    const minutes = Math.ceil(left / 60);
+    return left < DAY_MS / 1000 ? say("time-bar-due-in", { hours: Math.floor(minutes / 60), minutes: minutes % 60 }) : say("time-bar-due", { time: clockWords(clock) });
+  }
+
+  private shareOf(row: SurveyUse): number | null {
+    return this.shares ? (this.shares.get(row.id) ?? null) : row.occupancy.value;
+  }
+
+  /** Of several that lie too near each other: their day opens; in that day one is chosen after the other. */
+  private press({ ids }: Tick, date: number): void {
+    if (ids.length > 1 && this.span !== "day") {
+      [this.span, this.anchor] = ["day", date];
+      return;
+    }
+    const at = ids.findIndex((id) => this.chosen.includes(id));
+    this.pick(ids[(at + 1) % ids.length] ?? "");
+  }
+
+  /** Arrows go from survey to survey, whatever days they lie in; Enter on the one that is chosen plays it. */
   private key(event: KeyboardEvent): void {
+    if (event.key === "Enter" && (event.target as HTMLElement).matches(".tick.on") && this.film(this.followed)) {
+      event.preventDefault();
+      this.play();
+      return;
+    }
     const step = event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0;
     if (step === 0) return;
     event.preventDefault();
-    const all = this.surveys.toSorted((one, other) => Date.parse(one.ended) - Date.parse(other.ended));
-    const next = all[all.findIndex(({ id }) => id === this.chosen.at(-1)) + step];
-    if (next) this.pick(next.id);
+    const next = this.beside(step);
+    if (next === undefined) return;
+    this.pick(next);
     void this.updateComplete.then(() => this.querySelector<HTMLElement>(".tick.on")?.focus());
+  }
+
+  private beside(step: 1 | -1): string | undefined {
+    const all = (this.listed.value?.surveys ?? []).toSorted((one, other) => Date.parse(one.ended) - Date.parse(other.ended));
+    const at = all.findIndex(({ id }) => id === this.followed);
+    if (at >= 0 && all[at + step]) return all[at + step]?.id;
+    const { earlier, later } = (at >= 0 ? this.listed.value : this.about.value) ?? {};
+    return (step > 0 ? later : earlier)?.id;
   }
 
   private pick(survey: string): void {
     this.dispatchEvent(new CustomEvent<string>("survey", { detail: survey, bubbles: true }));
   }
+
+  /** The recording of a survey: of the same lot, at the same time. */
+  private film(id: string): Recording | undefined {
+    const row = [...(this.listed.value?.surveys ?? []), ...(this.about.value?.surveys ?? [])].find((each) => each.id === id);
+    if (!row) return undefined;
+    return this.films.value?.find(({ began, seconds }) => began !== null && Date.parse(began) <= Date.parse(row.ended) && Date.parse(began) + 1000 * (seconds ?? Infinity) >= Date.parse(row.began));
+  }
+
+  private play(): void {
+    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", survey: this.followed, stall: "" }, bubbles: true }));
+  }
+}
+
+/** Puts a mark so far from its day's begin. */
+const atPx = (left: number): DirectiveResult => cssVars({ "--at": `${left}px` });
+
+/** Hours that have room below a day. */
+function axisOf([first, last]: Hours, width: number): number[] {
+  const step = [1, 2, 4, 6, 12].find((each) => (width * each) / (last - first) >= 32) ?? 12;
+  return Array.from({ length: 24 / step }, (_, index) => index * step).filter((hour) => hour > first && hour < last);
+}
+
+function share0(part: number | null): string {
+  return part === null ? say("time-bar-not-counted") : `${say("archive-occupancy")} ${format.percent(100 * part)}`;
 }

@@ -1,0 +1,54 @@
+import type { Changed, Estimate, LoneStall, StateChange } from "../api.ts";
+import { partsOf } from "../plan/values.ts";
+import { number, say } from "../words/say.ts";
+
+/** The most labels that a sentence names. */
+const NAMED = 6;
+
+/** By how many more stalls are free, in large letters. */
+export function headline({ value }: Estimate): string {
+  if (value === null) return say("compare-none-seen");
+  return value === 0 ? say("compare-as-many") : say(value > 0 ? "compare-more" : "compare-fewer", { count: Math.abs(value) });
+}
+
+/** Between which numbers that lies: whole stalls, rounded outward. "" where nothing is known. */
+export function interval({ low, high }: Estimate, level: number): string {
+  if (low === null || high === null) return "";
+  const [least, most] = [Math.floor(low), Math.ceil(high)];
+  const times = number(10 * level);
+  if (least >= 0) return say("compare-interval-more", { low: least, high: most, times });
+  if (most <= 0) return say("compare-interval-fewer", { low: -most, high: -least, times });
+  return say("compare-interval-both", { fewer: -least, more: most, times });
+}
+
+/** How many stalls became taken, free and unclear: those of the list. */
+export function became(stalls: readonly StateChange[]): string {
+  const count = (state: StateChange["after"]): number => stalls.filter(({ after }) => after === state).length;
+  return say("compare-became", { taken: count("taken"), free: count("free"), unknown: count("unknown") });
+}
+
+/** What could not be compared, and what is compared though its plan was drawn anew: a sentence each. */
+export function notCompared({ unknown, redrawn, new: added, gone }: Changed): string[] {
+  return [
+    ...(unknown === 0 ? [] : [say("compare-unclear", { count: unknown })]),
+    ...lone("compare-new", added),
+    ...lone("compare-gone", gone),
+    ...(redrawn === 0 ? [] : [say("compare-redrawn", { count: redrawn })]),
+  ];
+}
+
+function lone(key: "compare-new" | "compare-gone", stalls: readonly LoneStall[]): string[] {
+  if (stalls.length === 0) return [];
+  const labels = stalls.slice(0, NAMED).map(({ label }) => label).join(", ");
+  return [say(key, { count: stalls.length, labels, rest: Math.max(0, stalls.length - NAMED) })];
+}
+
+/** Changes by row, as the drone lists them: in the order of their labels. */
+export function byRow(stalls: readonly StateChange[]): [string, StateChange[]][] {
+  const rows = new Map<string, StateChange[]>();
+  for (const stall of stalls) {
+    const row = partsOf(stall.label)?.row ?? "";
+    rows.set(row, [...(rows.get(row) ?? []), stall]);
+  }
+  return [...rows];
+}
