@@ -14,7 +14,7 @@ import { LateViews } from "./views.ts";
 /** Views by the number of surveys that count: none is shown that would be empty. */
 const VIEWS: readonly [ViewName, number][] = [["lots", 0], ["compare", 2], ["report", 1]];
 
-/** So many surveys are looked at whether they count. */
+/** Number of the newest surveys that are looked at whether they count. */
 const NEWEST = 8;
 
 /** One lot for who has its link: no login, no drone, nothing is changed. */

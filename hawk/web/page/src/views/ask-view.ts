@@ -113,7 +113,7 @@ export class AskView extends View {
   private heat(value: AskedUse): TemplateResult {
     const label = say("ask-heat", { part: capital(partsWords(this.place.parts)), when: periodWords(this.place).when });
     const isWeek = this.place.days === "" && this.place.hours === "";
-    return html`<section class="card week"><div class="headed"><h2>${label}</h2>${heatLegend()}</div>
+    return html`<section class="card weekly"><div class="headed"><h2>${label}</h2>${heatLegend()}</div>
       <archive-heat .answer=${value} .label=${label} .spoken=${language()} @hours=${({ detail }: CustomEvent<Chosen>) => this.go({ days: daysText(detail.days), hours: hoursText(detail.hours) })}></archive-heat>
       ${isWeek ? nothing : html`<button class="whole" @click=${() => this.go({ days: "", hours: "" })}>${say("ask-whole-week")}</button>`}</section>`;
   }
