@@ -187,7 +187,9 @@ async def test_how_full_a_row_is_on_mornings_is_asked_by_words_by_mouse_and_by_k
     page, errors = await opened(browser, f"{address}#/report", viewport={"width": 1280, "height": 900})
     main = page.get_by_role("main")
     answer = main.locator(".answer")
-    await expect(answer).to_contain_text("From 6 surveys on 2 days, 16–17 November 2026, Amsterdam time.")
+    await expect(answer).to_contain_text(
+        re.compile(r"From 6 surveys on 2 days, 16\s*–\s*17 November 2026, Amsterdam time\.")
+    )
     await page.get_by_role("button", name="Part of the lot").click()
     await page.get_by_role("checkbox", name="A", exact=True).check()
     await page.keyboard.press("Escape")
