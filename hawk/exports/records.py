@@ -26,7 +26,7 @@ from hawk.lots.time_zone import time_zone_of
 from hawk.lots.values import PLACED, Detection, NotFoundError, unpack_stalls
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
-from hawk.results.label_parts import reading_order
+from hawk.results.label_parts import in_order
 
 NEWEST: Final = "newest"
 
@@ -138,9 +138,7 @@ class _Layouts:
         """Return the stalls of a version of a lot's layout in the order of their labels."""
         key = lot, version
         if key not in self.stalls:
-            stalls = sorted(
-                stalls_in(self.connection, lot, version, _THEN), key=lambda stall: reading_order(stall.label)
-            )
+            stalls = in_order(stalls_in(self.connection, lot, version, _THEN))
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, Protocol, TypeVar
 
 SEPARATOR: Final = " "
 _NUMBERED: Final = re.compile(r"(.*?)([ .-]*)([0-9]{1,9})")
@@ -44,3 +45,19 @@ def reading_order(label: str) -> tuple[int, str, int, str]:
     parts = numbered(label)
     row, number = (label, 0) if parts is None else (parts.row, parts.number)
     return len(row), row, number, label
+
+
+class Labelled(Protocol):
+    """Something with a label."""
+
+    @property
+    def label(self) -> str:
+        """As it is painted, or our guess."""
+
+
+L = TypeVar("L", bound=Labelled)
+
+
+def in_order(labelled: Iterable[L]) -> list[L]:
+    """Return stalls in the order of their labels."""
+    return sorted(labelled, key=lambda each: reading_order(each.label))

@@ -21,7 +21,7 @@ from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.survey.order import has_been, is_sure
 from hawk.lots.values import PLACED, NotFoundError, moment
 from hawk.model.lot_map import StallState
-from hawk.results.label_parts import reading_order
+from hawk.results.label_parts import in_order
 from hawk.stats.values import (
     FREE,
     NO_TIME,
@@ -188,7 +188,7 @@ def _read(connection: Connection, lot: str, period: Period, *of: ColumnElement[b
     newest = newest_layout(connection, lot)
     layouts = np.array([newest if row[4] is None else row[4] for row in used], np.int64)
     asked = select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
-    stalls = sorted(connection.execute(asked).all(), key=lambda row: reading_order(row.label))
+    stalls = in_order(connection.execute(asked).all())
     begins = np.array([row.begins for row in stalls], np.int64)
     ends = np.array([_NO_END if row.ends is None else row.ends for row in stalls], np.int64)
     is_there = (begins <= layouts[:, None]) & (layouts[:, None] < ends)

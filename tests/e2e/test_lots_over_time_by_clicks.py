@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import pytest_asyncio
-from playwright.async_api import Browser, Page, expect
+from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
@@ -68,6 +68,26 @@ async def opened(browser: Browser, address: str, **options: object) -> tuple[Pag
     return page, errors
 
 
+async def middle_of_the_map(page: Page) -> list[float]:
+    """Return north and east of what lies in the middle of the map, rounded to 10 cm, and its scale."""
+    code = """() => { const { map } = document.querySelector('hawk-survey-map').panes[0];
+        return [map.centre.North, map.centre.East, map.resolution].map((each) => Math.round(10 * each) / 10); }"""
+    await page.wait_for_timeout(300)  # it glides to a stall
+    found: list[float] = await page.evaluate(code)
+    return found
+
+
+async def drag(page: Page, target: Locator, pixels: float) -> None:
+    """Drag something to the right by some pixels."""
+    box = await target.bounding_box()
+    assert box is not None
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    await page.mouse.move(x, y)
+    await page.mouse.down()
+    await page.mouse.move(x + pixels, y + 20, steps=4)
+    await page.mouse.up()
+
+
 async def view(page: Page, name: str, part: str = "") -> None:
     await page.get_by_role("navigation", name="Views").get_by_role("link", name=name, exact=True).click()
     if part:
@@ -101,12 +121,27 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await expect(ticks).to_have_count(len(FLOWN))
 
     await view(page, "Compare")
-    await page.get_by_role("combobox", name="Before").select_option(label="2026-11-17 13:00")
-    await page.get_by_role("combobox", name="After").select_option(label="2026-11-17 15:00")
-    await expect(main).to_contain_text("Free now: 5")
+    await expect(main).to_contain_text("5 more free of the 20 seen in both")
+    changed = main.get_by_role("listitem").get_by_role("button", name="taken, now free")
+    assert await changed.all_inner_texts() == [f"A {number}\ntaken, now free" for number in range(10, 15)]
+    await changed.last.click()
+    await expect(main.get_by_text("Stall A 14")).to_be_visible()
+    place = await middle_of_the_map(page)
     swipe = page.get_by_role("slider")
-    await swipe.press("Home")
-    assert await page.locator(".swipe").evaluate("each => each.style.getPropertyValue('--share')") == "0%"
+    await swipe.press("End")
+    await expect(swipe).to_have_attribute("aria-valuetext", re.compile("^0 % of the map shows Tue 17 Nov.* 15:00"))
+    await swipe.press("PageDown")
+    await drag(page, swipe, -200)
+    for mode in ("Side by side", "Fade", "Swipe"):
+        await main.get_by_role("button", name=mode, exact=True).click()
+        await expect(main.locator(".ol")).to_have_count(2)
+    assert await middle_of_the_map(page) == place
+    await main.get_by_role("button", name="Before Tue").click()
+    await main.get_by_role("button", name="11:00, Occupancy 20.0 %").click()
+    await expect(main).to_contain_text("5 fewer free of the 20 seen in both")
+    assert await middle_of_the_map(page) == place
+    await page.reload()
+    await expect(main).to_contain_text("5 fewer free of the 20 seen in both")
     await page.screenshot(path=screenshots / "over-time-compare.png", full_page=True)
 
     await view(page, "Lots", "Stalls")
@@ -121,6 +156,9 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     guest, guests_errors = await opened(browser, link)
     await expect(guest.get_by_role("button", name="Occupancy")).to_have_count(len(FLOWN))
     assert await guest.get_by_role("link", name="Recordings").count() == 0
+    await guest.get_by_role("link", name="Compare").click()
+    await expect(guest.get_by_role("main")).to_contain_text("5 more free of the 20 seen in both")
+    await guest.get_by_role("slider").press("ArrowRight")
     assert await guest.get_by_role("button", name="Delete survey").count() == 0
     await page.get_by_role("button", name="Take back").click()
     await expect(page.get_by_role("button", name="Take back")).to_have_count(0)  # then it is stored

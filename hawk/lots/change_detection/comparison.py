@@ -29,6 +29,7 @@ from hawk.lots.schema import SURVEY, ZONE
 from hawk.lots.survey.order import is_ordered, newest_first, taken_at
 from hawk.lots.values import PLACED, Detection, Placed
 from hawk.model.poses import Ring
+from hawk.results.label_parts import in_order
 
 EDGE_M: Final = 2.0
 """A stall nearer than this to the edge of what was seen is not expected to be found."""
@@ -110,7 +111,7 @@ def newest_registered(connection: Connection, lot: str) -> Comparison:
     compared = compare(connection, lot, row)
     return Comparison(
         survey=compared.survey, found=[FoundStall(**found_stall(stall)) for stall in compared.found],
-        missed=[MissedStall(id=stall.id, label=stall.label) for stall in compared.missed],
+        missed=[MissedStall(id=stall.id, label=stall.label) for stall in in_order(compared.missed)],
     )  # fmt: skip
 
 

@@ -41,6 +41,7 @@ from hawk.lots.registration.survey_place import Doubt, datum_of
 from hawk.lots.schema import DROPPED, FORMER, STALL, SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import Detection, Placed, moment
+from hawk.results.label_parts import in_order
 
 SURVEYS: Final = 5
 """Newest surveys that are asked: an older one says only what newer ones have not seen."""
@@ -99,9 +100,10 @@ def _shown(found: LayoutProposals, datum: tuple[float, float]) -> SurveyProposal
         BeginProposal(**found_stall(stall), instead=list(found.instead.get(stall.id, ())), corners=corners)
         for stall, corners in zip(found.begin, corners_of(datum, found.begin), strict=True)
     ]
+    ending = in_order(found.end)
     end = [
         EndProposal(id=stall.id, label=stall.label, is_confirmed=stall.is_confirmed, corners=corners)
-        for stall, corners in zip(found.end, corners_of(datum, found.end), strict=True)
+        for stall, corners in zip(ending, corners_of(datum, ending), strict=True)
     ]
     return SurveyProposals(survey=found.survey, ended=moment(found.ended), begin=begin, end=end)
 

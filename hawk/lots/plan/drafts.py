@@ -41,7 +41,7 @@ from hawk.lots.plan.operations import (
 )
 from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
-from hawk.results.label_parts import LabelParts, numbered, reading_order
+from hawk.results.label_parts import LabelParts, in_order, numbered, reading_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +192,7 @@ def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[Sequenc
         if len(asked.labels) != len(stalls):
             raise LotInputError("labels", f"are {len(asked.labels)} for {len(stalls)} stalls: write one for each")
         return stalls, asked.labels
-    ordered = stalls if asked.stalls is not None else sorted(stalls, key=lambda stall: reading_order(stall.label))
+    ordered = stalls if asked.stalls is not None else in_order(stalls)
     return ordered, [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
 
 

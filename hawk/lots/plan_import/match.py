@@ -20,6 +20,7 @@ from hawk.lots.plan.operations import LONGEST_LABEL
 from hawk.lots.plan.values import Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.plan_files.values import FileFeature, LeftOut
 from hawk.lots.registration.survey_place import ABOUT_M
+from hawk.results.label_parts import in_order
 
 SAME_SHARE: Final = 0.5
 """Overlap from which a stall of the plan is that of the lot, of the smaller area."""
@@ -93,7 +94,7 @@ def matched(
         else:
             blank = LayoutStall(new_id(), named[i], *_NOWHERE, stalls[i].kind or "", True, bool(named[i]))
             added.append(blank.at(shape))
-    gone = tuple(present[k] for k in sorted(ended))
+    gone = tuple(in_order(present[k] for k in ended))
     draft = Draft(changed=tuple(changed), ended=gone, added=tuple(added), field="file")
     return Matched(draft, tuple(left_out), tuple(clashes), tuple(renamed))
 

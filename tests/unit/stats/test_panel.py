@@ -1,5 +1,8 @@
 from __future__ import annotations
 
+import csv
+import io
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -10,6 +13,8 @@ import numpy as np
 import pytest
 from sqlalchemy import delete, event, select, update
 
+from hawk.exports.records import read_survey
+from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
 from hawk.lots.schema import LOOKS, STALL, SURVEY
@@ -19,7 +24,7 @@ from hawk.model.lot_map import StallState
 from hawk.stats.aggregates import cds_aggregates
 from hawk.stats.panel import NO_LOOKS, UNREGISTERED, Period, read_panel
 from hawk.stats.period import period_of
-from hawk.stats.queries import changes, statistics, surveys_use
+from hawk.stats.queries import changes, stalls_use, statistics, surveys_use
 from hawk.stats.values import FREE, NO_TIME, TAKEN, UNSEEN
 from tests.unit.lots import surveys
 from tests.unit.lots.surveys import BEGAN, survey
@@ -207,6 +212,23 @@ def test_changes_between_two_surveys_name_the_stalls(store: Database) -> None:
     assert found.free.high is not None
     assert found.free.low < 0 < found.free.high
     assert found.stalls[0].chance == pytest.approx(0.99 * 0.99, abs=1e-3)
+
+
+def test_every_list_and_file_stands_in_the_order_of_labels(store: Database) -> None:
+    """A row that was numbered from its other end, and one behind Z."""
+    lot = lot_of(store, seen(dict.fromkeys(range(1, 21), StallState.TAKEN)), later(seen({}), 2))
+    with store.writing() as connection:
+        for key in connection.execute(select(STALL.c.key).order_by(STALL.c.key)).scalars().all():
+            label = f"E {17 - key}" if key <= 16 else f"AA {key}"
+            connection.execute(update(STALL).values(label=label).where(STALL.c.key == key))
+        ids = connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all()
+        expected = [f"E {number}" for number in range(1, 17)] + [f"AA {number}" for number in range(17, 21)]
+        assert [each.label for each in changes(connection, lot, *ids).stalls] == expected
+        assert stalls_use(connection, lot, EVER).labels == expected
+        survey = read_survey(connection, ids[0])
+        assert [row["label"] for row in csv.DictReader(io.StringIO(survey_csv(survey).decode()))] == expected
+        features = json.loads(survey_geojson(survey))["features"]
+        assert [each["properties"]["ref"] for each in features if "ref" in each["properties"]] == expected
 
 
 def test_an_unknown_lot_is_refused_by_name(store: Database) -> None:

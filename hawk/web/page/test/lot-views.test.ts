@@ -23,6 +23,7 @@ const LOT = "00000000-0000-4000-8000-000000000001";
 const ONE = "00000000-0000-4000-8000-00000000000a";
 const TWO = "00000000-0000-4000-8000-00000000000b";
 const STALL = "00000000-0000-4000-8000-0000000000ff";
+const HALF_ID = "00000000-0000-4000-8000-0000000000ee";
 const HTML = "<b onclick='alert(1)'>North</b>";
 const NONE = { value: null, low: null, high: null, surveys: 0 };
 const HALF = { value: 0.5, low: 0.4, high: 0.6, surveys: 1 };
@@ -352,6 +353,24 @@ describe("lots over time", () => {
     assert.match(hash, new RegExp(`/${ONE}/${STALL}$`));
   });
 
+  it("keep the map while another survey is asked for", async () => {
+    const all = (answers["/statistics/surveys"] as { surveys: SurveyUse[] }).surveys;
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [...all, survey(STALL, "2026-05-04T09:00:00Z")].map((row) => ({ ...row, left_out_code: "" })) };
+    await open(`#/compare/${LOT}`);
+    const map = archive.querySelector("hawk-survey-map");
+    route.go({ before: STALL, after: TWO });
+    await archive.updateComplete;
+    await settle();
+    assert.equal(archive.querySelector("hawk-survey-map"), map);
+    await drawn();
+    assert.equal(archive.querySelector("hawk-survey-map"), map);
+    assert.match(words(archive), /Before *Mon 4 May, 09:00/);
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [] };
+    route.go({ before: HALF_ID, after: TWO });
+    await drawn();
+    assert.match(words(archive), /The survey Before of this address is not there/);
+  });
+
   it("show on the bar what was deleted and what is due, and bring a survey back", async () => {
     answers["/changes"] = { next: null, items: [{ seq: 5, kind: "delete", lot: LOT, surveys: [STALL], who: "Ann", made: "2026-05-05T10:00:00Z", undone: null, kept: null }] };
     answers["api/v1/surveys"] = { next: null, items: [{ id: STALL, ended: "2026-05-05T09:00:00Z" }, { id: ONE, ended: "2026-05-06T09:00:00Z" }] };
@@ -374,6 +393,8 @@ describe("lots over time", () => {
     };
     await key("ArrowLeft");
     assert.match(hash, new RegExp(`${ONE}$`));
+    assert.equal((document.activeElement as HTMLElement).dataset.surveys, ONE, "the focus goes with it");
+    assert.ok(asked.filter((each) => each.includes("statistics/surveys")).every((each) => /\?(newest|survey|from)=/.test(each)), "never all surveys of the store");
     await key("ArrowLeft");
     assert.match(hash, new RegExp(`${STALL}$`));
   });

@@ -1433,6 +1433,7 @@ compare-ends = Surveys that are compared
 compare-end-before = before
 compare-end-after = after
 compare-choose = A press on the bar below chooses: { $end }.
+compare-end-gone = The survey { $end } of this address is not there: it was deleted, or moved. The newest one is shown.
 compare-none-seen = Nothing to compare
 compare-as-many = As many free as before
 compare-more = { $count } more free

@@ -1407,6 +1407,7 @@ compare-ends = Relevés comparés
 compare-end-before = avant
 compare-end-after = après
 compare-choose = Un appui sur la barre du bas choisit : { $end }.
+compare-end-gone = Le relevé { $end } de cette adresse n'est pas là : il a été supprimé ou déplacé. Le plus récent est montré.
 compare-none-seen = Rien à comparer
 compare-as-many = Autant de places libres qu'avant
 compare-more =

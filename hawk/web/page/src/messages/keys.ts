@@ -927,6 +927,7 @@ export interface Messages {
   "compare-end-before": Record<string, never>;
   "compare-end-after": Record<string, never>;
   "compare-choose": { end: string | number };
+  "compare-end-gone": { end: string | number };
   "compare-none-seen": Record<string, never>;
   "compare-as-many": Record<string, never>;
   "compare-more": { count: string | number };

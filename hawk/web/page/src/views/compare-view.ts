@@ -27,6 +27,9 @@ export class CompareView extends View {
   private readonly named = { before: new Asked<SurveysUse | null>(this), after: new Asked<SurveysUse | null>(this) };
   private readonly maps = { before: new Asked<SurveyOnMap | null>(this), after: new Asked<SurveyOnMap | null>(this) };
   private readonly found = new Asked<Changed>(this);
+  /** Both surveys; those before stay until others are there, and the map with its place and zoom. */
+  private shown: Record<End, SurveyUse> | null = null;
+  private shownLot = "";
   private ids: readonly string[] = [];
   private shownOf: { changed: Changed | null; marked: ReadonlySet<string>; earlier: ReadonlyMap<string, string> } = { changed: null, marked: NO_STALLS, earlier: new Map() };
 
@@ -37,10 +40,21 @@ export class CompareView extends View {
       const id = this.place[end];
       this.named[end].ask(`${lot} ${id} ${this.revision}`, () => (id === "" ? Promise.resolve(null) : this.source.survey(id)));
     }
-    const pair = this.pair();
+    this.shown = this.pair() ?? (this.isWaiting() && this.shownLot === lot ? this.shown : null);
+    this.shownLot = lot;
+    const pair = this.shown;
     if (pair === null) return;
     for (const end of ENDS) this.maps[end].ask(`${lot} ${pair[end].id}`, () => this.source.onMap(pair[end].id));
     this.found.ask(`${pair.before.id} ${pair.after.id} ${this.revision}`, () => this.source.between(pair.before.id, pair.after.id));
+  }
+
+  private isWaiting(): boolean {
+    return ENDS.some((end) => this.place[end] !== "" && this.named[end].waiting);
+  }
+
+  /** Whether the lot has no survey that the address names: it was deleted, or moved to another lot. */
+  private isGone(end: End): boolean {
+    return this.place[end] !== "" && !this.named[end].waiting && this.named[end].value?.surveys.length === 0;
   }
 
   /** Those that the address names; else the newest two that count. The earlier one is before. */
@@ -48,8 +62,8 @@ export class CompareView extends View {
     const newest = this.newest.value?.surveys ?? [];
     const counted = newest.filter((row) => row.left_out_code === "");
     const of = (end: End): SurveyUse | undefined => (this.place[end] === "" ? undefined : this.named[end].value?.surveys.find(({ id }) => id === this.place[end]));
-    const after = of("after") ?? (this.place.after === "" ? counted.find(({ id }) => id !== this.place.before) : undefined);
-    const before = of("before") ?? (this.place.before === "" ? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended)) : undefined);
+    const after = of("after") ?? (this.place.after === "" || this.isGone("after") ? counted.find(({ id }) => id !== this.place.before) : undefined);
+    const before = of("before") ?? (this.place.before === "" || this.isGone("before") ? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended)) : undefined);
     if (!before || !after) return null;
     return Date.parse(before.ended) <= Date.parse(after.ended) ? { before, after } : { before: after, after: before };
   }
@@ -59,9 +73,8 @@ export class CompareView extends View {
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     const { value } = this.newest;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
-    const pair = this.pair();
-    const isWaiting = ENDS.some((end) => this.place[end] !== "" && this.named[end].value === null);
-    if (pair === null && isWaiting) return html`<p>${say("archive-asking")}</p>`;
+    const pair = this.shown;
+    if (pair === null && this.isWaiting()) return html`<p>${say("archive-asking")}</p>`;
     if (pair === null) return html`<p>${say("archive-two-needed")}</p>`;
     const ids = ENDS.map((end) => pair[end].id);
     if (ids.join() !== this.ids.join()) this.ids = ids;
@@ -98,6 +111,7 @@ export class CompareView extends View {
         (end) => html`<button aria-pressed=${end === this.end} @click=${() => (this.end = end)}><span class="sub">${say(`archive-${end}`)}</span> <b>${dayAndTime(pair[end].ended, clock)}</b></button>`,
       )}</div>
       <p class="sub hint">${say("compare-choose", { end: say(`archive-${this.end}`) })}</p>
+      ${ENDS.map((end) => (this.isGone(end) ? html`<p role="alert">${say("compare-end-gone", { end: say(`archive-${end}`) })}</p>` : nothing))}
       ${ENDS.map((end) => warning(pair[end]))} ${problems.map((problem) => html`<p role="alert">${problem}</p>`)}
       ${value === null ? nothing : this.summary(value, level)}
     </section>`;
@@ -136,7 +150,7 @@ export class CompareView extends View {
   override updated(): void {
     const pair = this.pair();
     const { before, after } = this.place;
-    if (pair && before !== "" && after !== "" && (pair.before.id !== before || pair.after.id !== after)) {
+    if (pair && !ENDS.some((end) => this.isGone(end)) && before !== "" && after !== "" && (pair.before.id !== before || pair.after.id !== after)) {
       this.end = this.end === "before" ? "after" : "before";
       this.go({ before: pair.before.id, after: pair.after.id });
     }

@@ -30,10 +30,16 @@ export class SurveysView extends View {
   override willUpdate(): void {
     const { lot, survey: named } = this.place;
     const { period } = this;
-    this.about.ask(JSON.stringify([lot, named, this.revision]), () => (named === "" ? this.source.newest() : this.source.survey(named)));
+    this.about.ask(JSON.stringify([lot, named, this.revision]), () => this.read(named));
     if (period) this.listed.ask(JSON.stringify([lot, period, this.revision]), () => this.source.surveys(period));
     const survey = this.chosen()?.id;
     if (survey !== undefined) this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
+  }
+
+  /** A survey; the newest ones where none is named, or the lot does not have it any more. */
+  private async read(named: string): Promise<SurveysUse> {
+    const one = named === "" ? null : await this.source.survey(named);
+    return one && one.surveys.length > 0 ? one : await this.source.newest();
   }
 
   /** The survey that the address names; else the newest one that counts. */
@@ -138,7 +144,7 @@ function rows({ stalls }: SurveyOnMap): TemplateResult | typeof nothing {
     found.set(row, counts);
   }
   if (found.size < 2) return nothing;
-  const order = [...found].sort(([one], [other]) => one.localeCompare(other, undefined, { numeric: true }));
+  const order = [...found].sort(([one], [other]) => one.length - other.length || (one < other ? -1 : 1));
   return html`<table class="rows"><thead><tr><th scope="col">${say("archive-row")}</th><th scope="col">${say("free")}</th><th scope="col">${say("taken")}</th><th scope="col">${say("unknown")}</th></tr></thead>
     <tbody>${order.map(([row, { free, taken, unknown }]) => html`<tr><th scope="row">${row || "–"}</th><td>${number(free)}</td><td>${number(taken)}</td><td>${number(unknown)}</td></tr>`)}</tbody></table>`;
 }

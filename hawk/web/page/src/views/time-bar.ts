@@ -45,6 +45,8 @@ export class TimeBar extends LitElement {
   @state() private anchor: number | null = null;
   @state() private width = USUAL_PX;
   private followed = "";
+  /** A survey whose tick gets the focus when it is there. */
+  private awaited = "";
   private zone = "UTC";
   private shown = "";
   private ticking = 0;
@@ -106,11 +108,19 @@ export class TimeBar extends LitElement {
   override updated(): void {
     const days = this.querySelector(".days");
     if (days) this.watch.observe(days);
+    this.focusAwaited();
     if (this.about.value === null) return;
     const period = this.period();
     if (JSON.stringify(period) === this.shown) return;
     this.shown = JSON.stringify(period);
     this.dispatchEvent(new CustomEvent<Period>("period", { detail: period, bubbles: true }));
+  }
+
+  private focusAwaited(): void {
+    const tick = this.awaited === "" || !this.chosen.includes(this.awaited) ? null : this.querySelector<HTMLElement>(`[data-surveys~="${this.awaited}"]`);
+    if (!tick) return;
+    this.awaited = "";
+    tick.focus();
   }
 
   override render(): TemplateResult | typeof nothing {
@@ -175,7 +185,7 @@ export class TimeBar extends LitElement {
     const words = this.shares ? share0(part) : survey.left_out_code === "" ? `${say("archive-occupancy")} ${share(survey.occupancy)}` : say("time-bar-not-counted");
     const end = this.ends.filter((_, index) => ids.includes(this.chosen[index] ?? "")).join(", ");
     const label = isMany && this.span !== "day" ? say("time-bar-open-day", { count: ids.length, time: clock }) : [end, clock, words, isMany ? say("time-bar-more", { count: ids.length - 1 }) : ""].filter((each) => each !== "").join(", ");
-    return html`<button class="tick ${on ? "on" : ""} ${counts ? "" : "pale"}" aria-pressed=${on} title=${label} aria-label=${label}
+    return html`<button class="tick ${on ? "on" : ""} ${counts ? "" : "pale"}" aria-pressed=${on} data-surveys=${ids.join(" ")} title=${label} aria-label=${label}
       ${cssVars({ "--at": `${left}px`, "--full": `${100 * (part ?? 0)}%` })} @click=${() => this.press(tick, date)}>
       <i class=${part === null ? "unknown" : ""}></i>${isMany ? html`<span class="count" aria-hidden="true">${number(ids.length)}</span>` : nothing}</button>`;
   }
@@ -243,8 +253,8 @@ export class TimeBar extends LitElement {
     event.preventDefault();
     const next = this.beside(step);
     if (next === undefined) return;
+    this.awaited = next;
     this.pick(next);
-    void this.updateComplete.then(() => this.querySelector<HTMLElement>(".tick.on")?.focus());
   }
 
   private beside(step: 1 | -1): string | undefined {
@@ -267,7 +277,8 @@ export class TimeBar extends LitElement {
   }
 
   private play(): void {
-    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", survey: this.followed, stall: "" }, bubbles: true }));
+    const recording = this.film(this.followed)?.name;
+    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", recording, stall: "" }, bubbles: true }));
   }
 }
 

@@ -37,6 +37,8 @@ export class View extends LitElement {
 export class Asked<T> {
   value: T | null = null;
   problem = "";
+  /** The answer is still to come: what is here is that to an earlier question, or none. */
+  waiting = false;
   private key: string | null = null;
   private readonly host: LitElement;
 
@@ -48,6 +50,7 @@ export class Asked<T> {
   ask(key: string, work: () => Promise<T>): void {
     if (key === this.key) return;
     this.key = key;
+    this.waiting = true;
     void work().then(
       (value) => this.took(key, value, ""),
       (error: unknown) => this.took(key, null, wordsOf(error)),
@@ -56,6 +59,7 @@ export class Asked<T> {
 
   private took(key: string, value: T | null, problem: string): void {
     if (key !== this.key) return; // another one was asked for meanwhile
+    this.waiting = false;
     this.value = value;
     this.problem = problem;
     this.host.requestUpdate();
