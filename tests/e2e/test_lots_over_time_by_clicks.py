@@ -33,7 +33,15 @@ BEGAN = 1_794_823_200.0
 FLOWN = ((0, 4), (2, 12), (4, 8), (24, 5), (26, 14), (28, 9))
 """Hours after that, and the number of taken stalls."""
 PLAIN = re.compile(r"\W+")
-VIEWS = ("lots", "lots?show=stalls", "lots?show=links", "compare", "report", "report?part=row.A&days=mon-fri&hours=9-13", "recordings")
+VIEWS = (
+    "lots",
+    "lots?show=stalls",
+    "lots?show=links",
+    "compare",
+    "report",
+    "report?part=row.A&days=mon-fri&hours=9-13",
+    "recordings",
+)
 
 
 @pytest_asyncio.fixture(loop_scope="session")

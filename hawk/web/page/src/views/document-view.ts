@@ -20,6 +20,8 @@ export class DocumentView extends View {
   @state() private paper: Paper = /-(US|CA|MX|PH)\b/.test(navigator.language) ? "letter" : "a4";
   /** What became of each file. */
   @state() private news: Partial<Record<Kind, string>> = {};
+  /** Why there is no document. */
+  @state() private problem = "";
   @query("iframe") private frame!: HTMLIFrameElement;
 
   override render(): TemplateResult {
@@ -30,11 +32,23 @@ export class DocumentView extends View {
         <label>${say("document-paper")}<select @change=${(event: Event) => (this.paper = (event.target as HTMLSelectElement).value as Paper)}>${Object.entries(PAPERS).map(([name, words]) => html`<option value=${name} ?selected=${name === this.paper}>${words}</option>`)}</select></label>
       </div>
       <div role="status">${FILES.map((kind) => (this.news[kind] === undefined ? nothing : html`<p>${this.news[kind]}</p>`))}</div>
-      <iframe class="paper" title=${say("document-title")} sandbox="allow-same-origin allow-modals" src=${this.address("html")}></iframe>`;
+      ${this.problem === "" ? nothing : html`<p role="alert">${this.problem}</p>`}
+      <iframe class="paper" ?hidden=${this.problem !== ""} @load=${() => void this.loaded()} title=${say("document-title")} sandbox="allow-same-origin allow-modals" src=${this.address("html")}></iframe>`;
   }
 
   private address(kind: Kind | "html"): string {
     return `${this.source.base}/report.${kind}${queryOf({ ...askedOf(this.place), language: language(), paper: this.paper })}`;
+  }
+
+  /** A refusal is shown in no frame: it is asked for again, and said. */
+  private async loaded(): Promise<void> {
+    this.problem = "";
+    if (this.frame.contentDocument !== null) return;
+    try {
+      await readFile(this.address("html"), "");
+    } catch (error) {
+      this.problem = wordsOf(error);
+    }
   }
 
   private async download(kind: Kind): Promise<void> {
