@@ -66,8 +66,15 @@ class Calls:
         return float(np.percentile([each for times in self.times.values() for each in times], 99))
 
 
-def fill(store: Database, first: FinishedSurvey, surveys: int = SURVEYS) -> str:
-    """Write an archive of surveys of one lot, and return its id. ``first``: the survey that makes the lot."""
+def fill(
+    store: Database, first: FinishedSurvey, surveys: int = SURVEYS, ended_at: Callable[[int], float] | None = None
+) -> str:
+    """Write an archive of surveys of one lot, and return its id.
+
+    ``first``: the survey that makes the lot; ``ended_at`` gives the end of each further one from 0, Unix seconds, four
+    a day without it.
+    """
+    ended_of = ended_at or four_a_day
     rng = np.random.default_rng(39)
     with store.writing() as connection:
         lot = save(connection, first).lot
@@ -79,16 +86,20 @@ def fill(store: Database, first: FinishedSurvey, surveys: int = SURVEYS) -> str:
         state = rng.random(len(keys)) < _TAKEN
         for number in range(surveys):
             state = np.where(rng.random(len(keys)) < _MOVED, rng.random(len(keys)) < _TAKEN, state)
-            _write(connection, like, number, keys, state, rng)
+            _write(connection, like, number, ended_of(number), keys, state, rng)
     return lot
 
 
-def _write(
-    connection: Connection, like: dict[str, Any], number: int, keys: np.ndarray[Any, Any], state: np.ndarray[Any, Any],
-    rng: np.random.Generator,
-) -> None:  # fmt: skip
+def four_a_day(number: int) -> float:
+    """Return the end of a survey from 0, Unix seconds."""
     day, turn = divmod(number, len(HOURS))
-    ended = (_BEGIN + timedelta(days=day, hours=HOURS[turn])).timestamp()
+    return (_BEGIN + timedelta(days=day, hours=HOURS[turn])).timestamp()
+
+
+def _write(
+    connection: Connection, like: dict[str, Any], number: int, ended: float, keys: np.ndarray[Any, Any],
+    state: np.ndarray[Any, Any], rng: np.random.Generator,
+) -> None:  # fmt: skip
     seq, named = like["seq"] + 1 + number, f"{number:08d}-0000-4000-8000-000000000000"
     shown = {"seq": seq, "id": named, "origin": f"archive {number}", "placed": "registered"}
     connection.execute(insert(SURVEY).values(**{**like, **shown, "began": ended - 900, "ended": ended}))

@@ -68,7 +68,7 @@ async def test_a_plan_is_corrected_over_the_picture_of_a_survey(
     flying = "hawk-bar, hawk-glance, hawk-video, hawk-counts, hawk-fence-button, hawk-heights-button"
     assert await page.locator(flying).count() == 0, "nothing to fly with"
     await press(page, "Correct the plan")
-    await shows(page, "You edit since")
+    await shows(page, "Nobody edits")
     before = await store.stalls()
     await page.mouse.click(*await at(page, before["A 3"]))
     await expect(chosen(page)).to_contain_text("A 3")

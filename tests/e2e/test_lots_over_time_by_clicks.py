@@ -184,7 +184,7 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
     await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
     await page.reload()
     await press(page, "Correct the plan")
-    await shows(page, "You edit since")
+    await shows(page, "Nobody edits")
     stalls = await Store(address).stalls()
     five = [stalls[f"A {number}"] for number in range(1, 6)]
     south, north = min(s["north"] for s in five) - 4, max(s["north"] for s in five) + 4

@@ -86,9 +86,9 @@ async def open_editor(page: Page) -> None:
 
 
 async def correct(page: Page) -> None:
-    """Open an edit of the plan."""
+    """Open the plan that nobody edits."""
     await open_editor(page)
-    await shows(page, "You edit since")
+    await shows(page, "Nobody edits")
 
 
 async def at(page: Page, place: Stall | tuple[float, float]) -> tuple[float, float]:
@@ -286,11 +286,12 @@ async def test_a_second_person_sees_who_edits_and_takes_over(browser: Browser, f
     _, address = await fake("still", "--lots", str(tmp_path / "lots.db"))
     ann, bob = await opened(browser, address), await opened(browser, address, "Bob")
     await correct(ann)
-    await open_editor(bob)
+    await correct(bob)  # looking locks nothing
+    await press(ann, "Confirm all")
+    await shows(ann, "You edit since")
     await shows(bob, "Ann edits since")
     for name in ("Choose", "Add row", "Add stall", "Undo"):
         await expect(button(bob, name)).to_be_disabled()
-    await press(ann, "Confirm all")
     await shows(bob, "166 stalls, 166 confirmed")
     await press(bob, "Take over")
     await shows(bob, "You edit since")

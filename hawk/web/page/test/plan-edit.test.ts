@@ -33,17 +33,61 @@ describe("the editor of a plan", () => {
   const editor = (who = "Ann"): PlanEditing =>
     new PlanEditing({ who: () => who, changed: () => undefined, showToast: (text) => toasts.push(text), timers });
 
-  const opened = async (who = "Ann"): Promise<PlanEditing> => {
+  const looked = async (who = "Ann"): Promise<PlanEditing> => {
     const editing = editor(who);
     await editing.begin("lot");
     await answered();
     return editing;
   };
 
-  it("opens an edit, and shows the plan", async () => {
-    const editing = await opened();
-    assert.deepEqual([editing.open, editing.mayEdit, editing.own?.who, editing.plan.stalls.size], [true, true, "Ann", 4]);
-    assert.deepEqual(store.asked, [["edit", { who: "Ann", take_over: false }]]);
+  const opened = async (who = "Ann"): Promise<PlanEditing> => {
+    const editing = await looked(who);
+    await editing.edit();
+    await answered();
+    return editing;
+  };
+
+  it("shows the plan and locks nothing until the first change", async () => {
+    const editing = await looked();
+    assert.deepEqual([editing.open, editing.mayEdit, editing.own, editing.plan.stalls.size], [true, true, null, 4]);
+    editing.undo();
+    editing.choose(["A 1"]);
+    await answered();
+    assert.deepEqual(store.asked, [], "looking, choosing and an undo of nothing are no change");
+    const other = await opened("Bob");
+    assert.equal(other.own?.who, "Bob");
+  });
+
+  it("asks for an edit at the first change, and does what was asked for meanwhile", async () => {
+    const editing = await looked();
+    editing.do({ do: "remove", stalls: ["A 1"] });
+    editing.do({ do: "remove", stalls: ["A 3"] });
+    editing.undo();
+    await answered();
+    assert.deepEqual(store.asked.map(([path]) => path), ["edit", "plan", "plan", "plan/undo"]);
+    assert.deepEqual([editing.own?.who, editing.waiting, [...editing.plan.stalls.keys()].sort()], ["Ann", 0, ["A 2", "A 3", "B 1"]]);
+  });
+
+  it("keeps the first change while the drone does not answer, and while another person edits", async () => {
+    const editing = await looked();
+    store.next.push("down");
+    editing.do({ do: "remove", stalls: ["A 1"] });
+    await answered();
+    assert.deepEqual([editing.answers, editing.waiting], [false, 1]);
+    const other = await opened("Bob");
+    timers.advance(2000);
+    await answered();
+    assert.deepEqual([editing.other?.who, editing.own, editing.waiting, editing.mayEdit], ["Bob", null, 1, false]);
+    await other.close("");
+    await editing.ask(true);
+    await answered();
+    assert.deepEqual([editing.own === null, editing.waiting, editing.plan.get("A 1")], [false, 0, undefined]);
+  });
+
+  it("opens an edit again that is its own, or says whose it is", async () => {
+    await opened("Bob");
+    const editing = await looked();
+    assert.deepEqual([editing.other?.who, editing.mayEdit], ["Bob", false]);
   });
 
   it("says so where the drone does not answer", async () => {

@@ -63,9 +63,13 @@ describe("the parts of the plan's editor", () => {
   it("say whose plan it is, and who edits it", async () => {
     await open();
     assert.match(stage.text, /Plan of Lot 1\s?3 stalls, 0 confirmed/);
-    assert.match(stage.text, /You edit since/);
+    assert.match(stage.text, /Nobody edits\. Your first change begins an edit\./);
+    assert.equal(stage.has(".closing"), false);
     assert.match(stage.text, /Click a stall, with Shift several/);
     assert.match(stage.text, /No stall is chosen/);
+    await press("Confirm all");
+    assert.match(stage.text, /You edit since/);
+    assert.equal(stage.has(".closing"), true);
   });
 
   it("are left alone while another person edits, but for taking over", async () => {

@@ -354,7 +354,8 @@ export interface Messages {
   "link-ended": Record<string, never>;
   "link-too-often": Record<string, never>;
   "rename": Record<string, never>;
-  "show-survey-of": { name: string | number };
+  "newest-survey": Record<string, never>;
+  "newest-survey-of": { name: string | number };
   "rename-lot": { name: string | number };
   "name-of-lot": Record<string, never>;
   "which-lot": Record<string, never>;
@@ -387,6 +388,7 @@ export interface Messages {
   "plan-nameless": Record<string, never>;
   "plan-take-over": Record<string, never>;
   "plan-go-on": Record<string, never>;
+  "plan-nobody-edits": Record<string, never>;
   "plan-no-edit": Record<string, never>;
   "plan-opening": Record<string, never>;
   "plan-waits": { steps: number };

@@ -33,7 +33,7 @@ export class PlanEditing {
   readonly drawing: PlanDrawing;
   /** A plan that comes from a file. */
   readonly incoming: PlanImport;
-  /** This person's edit; null while another one edits, and while it is being asked for. */
+  /** This person's edit; null while the plan is looked at, while another one edits, and while it is being asked for. */
   own: Opened | null = null;
   /** Another person who edits. */
   other: Editor | null = null;
@@ -51,6 +51,9 @@ export class PlanEditing {
   private readonly redraw = new Set<(redrawn: Redrawn) => void>();
   private opened = 0;
   private polling = false;
+  /** This person has had an edit since the editor was opened: where it is lost, it is asked for by a press. */
+  private hadEdit = false;
+  private asking = false;
 
   constructor(hooks: PlanHooks) {
     this.hooks = hooks;
@@ -73,9 +76,14 @@ export class PlanEditing {
     return this.queue.length;
   }
 
+  /** The plan is looked at, and nobody edits it: looking locks nothing, the first change asks for an edit. */
+  get isLooking(): boolean {
+    return this.open && this.own === null && this.other === null && !this.hadEdit;
+  }
+
   /** Whether this person may change the plan now. */
   get mayEdit(): boolean {
-    return this.open && this.own !== null && !this.closing;
+    return (this.isLooking || (this.open && this.own !== null)) && !this.closing;
   }
 
   get chosen(): PlanStall[] {
@@ -97,23 +105,26 @@ export class PlanEditing {
       return;
     }
     this.queue.clear();
-    Object.assign(this, { open: true, lot, plan: new ShownPlan(), own: null, other: null, problem: "", answers: true, closing: false });
+    Object.assign(this, { open: true, lot, plan: new ShownPlan(), own: null, other: null, hadEdit: false, problem: "", answers: true, closing: false });
     this.selection.clear();
     this.drawing.reset();
     this.incoming.drop();
     this.plan.take(plan, []);
     this.report(null);
-    await this.ask(false);
+    if (plan.edit !== null) await this.ask(false); // this person's, of before a reload, or another one's
     this.pollLater(number);
   }
 
   /** Takes the plan over from another person, or goes on after the edit was closed. */
   async ask(takeOver: boolean): Promise<void> {
     const { lot } = this;
-    if (!lot) return;
+    if (!lot || this.asking) return;
+    this.asking = true;
     const reply = await postPlan<Opened>(lot.id, "edit", { who: this.hooks.who(), take_over: takeOver });
+    this.asking = false;
     if (this.lot !== lot) return;
-    if (reply === UNANSWERED) this.heard(false);
+    this.hadEdit ||= reply !== UNANSWERED;
+    if (reply === UNANSWERED) this.askLater(lot);
     else if ("done" in reply) {
       Object.assign(this, { own: reply.done, other: null, problem: "", answers: true });
       this.queue.go();
@@ -124,10 +135,23 @@ export class PlanEditing {
     this.hooks.changed();
   }
 
+  /** What was changed meanwhile waits for the edit. */
+  private askLater(lot: PlannedLot): void {
+    this.heard(false);
+    if (this.queue.length > 0) this.hooks.timers.after(POLL_MS, () => void (this.lot === lot && this.own === null && this.ask(false)));
+  }
+
+  /** Returns this person's edit, and asks for one where the plan was only looked at; null without one. */
+  async edit(): Promise<Opened | null> {
+    if (this.isLooking) await this.ask(false);
+    return this.own;
+  }
+
   do(operation: Operation): void {
     if (!this.mayEdit) return;
     this.problem = "";
     this.queue.add({ path: "plan", operation });
+    if (this.isLooking) void this.ask(false);
     const changed = this.plan.foresee(this.queue.operations, operation);
     if (operation.do === "remove") this.forget(changed);
     this.report(changed);
@@ -242,7 +266,7 @@ export class PlanEditing {
   }
 
   private step(path: "plan/undo" | "plan/redo"): void {
-    if (!this.mayEdit) return;
+    if (!this.mayEdit || (this.own === null && this.queue.length === 0)) return;
     this.problem = "";
     this.queue.add({ path });
     this.hooks.changed();

@@ -5,7 +5,8 @@ import { say } from "../words/say.ts";
 /** The edit of a plan that a file is imported into. */
 export interface ImportedInto {
   readonly lot: { readonly id: string } | null;
-  readonly own: { readonly edit: string } | null;
+  /** The person's edit, which is asked for where there is none; null without one. */
+  edit(): Promise<{ readonly edit: string } | null>;
   /** Resolves when no step waits for the store. */
   settled(): Promise<void>;
   imported(answer: Done): void;
@@ -41,8 +42,10 @@ export class PlanImport {
   /** Takes the plan that is shown: one step, which is undone as others are. */
   async take(): Promise<void> {
     const { preview, into } = this;
-    const { lot, own } = into;
-    if (!lot || !own || !preview || this.busy) return;
+    const { lot } = into;
+    if (!lot || !preview || this.busy) return;
+    const own = await into.edit();
+    if (!own) return;
     await this.work(async () => {
       const asked = { edit: own.edit, uncertain: !preview.placed.is_certain };
       const reply = await postPlan<Done>(lot.id, `plan/import/${preview.token}/take`, asked);

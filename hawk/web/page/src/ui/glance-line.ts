@@ -20,7 +20,7 @@ export class GlanceLine extends Part {
         <i class="mark ${words.tone}"></i>
         <div>
           <b role="status">${words.title}</b>
-          <span class="sub wide">${noted(view, words.detail)}</span><span class="sub narrow">${noted(view, words.short)}</span>
+          <span class="sub wide" title=${words.detail}>${noted(view, words.detail)}</span><span class="sub narrow">${noted(view, words.short)}</span>
         </div>
       </div>
       <div class="strip">${glanceValues(view).map(cell)}</div>

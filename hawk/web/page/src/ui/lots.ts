@@ -29,7 +29,7 @@ export class LotsList extends Part {
     const { known } = this;
     if (known === null || known.lots.length + known.undecided.length === 0) return nothing;
     return html`<section class="lots" aria-label=${say("lots")}>
-      <b>${say("lots")}</b> <a href="#/lots">${say("lots-over-time")}</a>
+      <div class="head"><b>${say("lots")}</b> <a class="button" href="#/lots">${say("lots-over-time")}</a></div>
       ${repeat(known.undecided, ID, (survey) => this.question(survey, known.lots))}
       <ul @lot-changed=${() => this.ask()}>${repeat(
         known.lots,
@@ -55,22 +55,20 @@ export class LotsList extends Part {
 
   private row(lot: ListedLot): TemplateResult {
     const seen = lot.last_survey === null ? "" : say("lot-seen", { when: timeOnClock(lot.last_survey.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" }) });
-    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span>
-        ${lot.last_survey === null ? nothing : html`<a href="#/lots/${lot.id}/${lot.last_survey.id}">${say("show-survey-of", { name: lot.name })}</a>`}</span>
-      ${this.mayChange() ? this.changing(lot) : nothing}`;
+    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span></span>
+      <span class="choices">${lot.last_survey === null ? nothing : html`<a class="button" href="#/lots/${lot.id}/${lot.last_survey.id}" aria-label=${say("newest-survey-of", { name: lot.name })}>${say("newest-survey")}</a>`}
+        ${this.mayChange() ? this.changing(lot) : nothing}</span>`;
   }
 
   private changing(lot: ListedLot): TemplateResult {
     const { plan, drawing } = this.model;
-    return html`<span class="choices">
-      ${
+    return html`${
         cannot(this.model.view(), "Survey Again") === ""
           ? html`<button aria-label=${say("survey-again-of", { name: lot.name })} @click=${() => void this.again(lot)}>${say("survey-again")}</button>`
           : nothing
       }
       <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${plan.open || plan.opening || drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
-      <button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>
-    </span>`;
+      <button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>`;
   }
 
   /** The drone says whether it can; take-off stays a slide. What comes next is on the map and in the bar, which a list may cover. */

@@ -22,6 +22,7 @@ export class PlanPanel extends Part {
     const { plan } = this.model;
     if (!plan.open) return nothing;
     const words = planWords(plan, this.placed, isTouch());
+    const isMine = plan.own !== null || plan.isLooking;
     const isDrawn = plan.drawing.tool !== "choose" && plan.drawing.tool !== "box";
     return html`<section class="card plan" aria-label=${words.title}>
       <header>
@@ -30,8 +31,8 @@ export class PlanPanel extends Part {
       </header>
       <div class="state"><span class="sub" role="status">${words.state}</span>${this.askButton()}</div>
       <div role="alert">${plan.problem === "" ? nothing : html`<p class="problem">${icon("warn")}<span>${drone(plan.problem)}</span></p>`}</div>
-      ${plan.own && !isDrawn ? html`<hawk-plan-import .model=${this.model}></hawk-plan-import>` : nothing}
-      ${plan.own && !plan.incoming.file ? (isDrawn ? html`<hawk-plan-drawn .model=${this.model}></hawk-plan-drawn>` : html`<hawk-plan-chosen .model=${this.model}></hawk-plan-chosen>`) : nothing}
+      ${isMine && !isDrawn ? html`<hawk-plan-import .model=${this.model}></hawk-plan-import>` : nothing}
+      ${isMine && !plan.incoming.file ? (isDrawn ? html`<hawk-plan-drawn .model=${this.model}></hawk-plan-drawn>` : html`<hawk-plan-chosen .model=${this.model}></hawk-plan-chosen>`) : nothing}
       ${words.hint === "" ? nothing : html`<p class="sub hint">${words.hint}</p>`}
       ${plan.own ? this.closing() : nothing}
     </section>`;
@@ -40,7 +41,7 @@ export class PlanPanel extends Part {
   /** Another person edits, or nobody does any more. */
   private askButton(): TemplateResult | typeof nothing {
     const { plan } = this.model;
-    if (plan.own || (!plan.other && plan.problem === "" && plan.answers)) return nothing;
+    if (plan.own || plan.isLooking || (!plan.other && plan.problem === "" && plan.answers)) return nothing;
     return html`<button @click=${() => void plan.ask(plan.other !== null)}>${say(plan.other ? "plan-take-over" : "plan-go-on")}</button>`;
   }
 

@@ -28,8 +28,8 @@ export class PlanTools extends Part {
           ${icon(name)}<span>${say(label)}</span>
         </button>`;
       })}
-      <button class="step" aria-label=${say("tool-undo")} title=${say("tool-undo")} ?disabled=${off || (left?.undo === 0 && plan.waiting === 0)} @click=${() => plan.undo()}>${icon("undo")}</button>
-      <button class="step" aria-label=${say("plan-redo")} title=${say("plan-redo")} ?disabled=${off || left?.redo === 0} @click=${() => plan.redo()}>${icon("redo")}</button>
+      <button class="step" aria-label=${say("tool-undo")} title=${say("tool-undo")} ?disabled=${off || ((left?.undo ?? 0) === 0 && plan.waiting === 0)} @click=${() => plan.undo()}>${icon("undo")}</button>
+      <button class="step" aria-label=${say("plan-redo")} title=${say("plan-redo")} ?disabled=${off || (left?.redo ?? 0) === 0} @click=${() => plan.redo()}>${icon("redo")}</button>
     </div>`;
   }
 }

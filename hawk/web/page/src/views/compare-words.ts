@@ -27,7 +27,7 @@ export function became(stalls: readonly StateChange[]): string {
   return say("compare-became", { taken: count("taken"), free: count("free"), unknown: count("unknown") });
 }
 
-/** What could not be compared, and what is compared though its plan was drawn anew: a sentence each. */
+/** What could not be compared, and what is compared though its plan was drawn again: a sentence each. */
 export function notCompared({ unknown, redrawn, new: added, gone }: Changed): string[] {
   return [
     ...(unknown === 0 ? [] : [say("compare-unclear", { count: unknown })]),

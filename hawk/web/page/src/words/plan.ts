@@ -34,14 +34,15 @@ export function kindWords(kind: Kind): string {
   return say(kind === "" ? "plan-kind-normal" : `plan-kind-${kind}`);
 }
 
-function whoEdits({ own, other, problem }: PlanEditing): string {
+function whoEdits({ own, other, problem, isLooking }: PlanEditing): string {
+  if (isLooking) return say("plan-nobody-edits");
   if (other) return say("plan-other-edits", { who: other.who, time: format.clock(other.since) });
   if (own) return say("plan-you-edit", { time: format.clock(own.since) });
   return problem === "" ? say("plan-opening") : say("plan-no-edit");
 }
 
-function waits({ answers, waiting, own }: PlanEditing): string {
-  const stuck = !answers || own === null;
+function waits({ answers, waiting, own, isLooking }: PlanEditing): string {
+  const stuck = !answers || (own === null && !isLooking);
   return sentences(answers ? "" : say("plan-no-answer"), stuck && waiting > 0 ? say("plan-waits", { steps: waiting }) : "");
 }
 
