@@ -142,7 +142,7 @@ async function onStage(part: Part, operator: Operator): Promise<Stage<Part>> {
   return stage;
 }
 
-const LISTED = { lots: list({ id: "a", name: "South", stalls: 4, survey_count: 1, last_survey: null }), surveys: list(), changes: list() };
+const LISTED = { lots: list({ id: "a", name: "South", time_zone: "UTC", stalls: 4, survey_count: 1, last_survey: null }), surveys: list(), changes: list() };
 
 describe("the buttons of the table of commands", () => {
   const before = globalThis.fetch;

@@ -12,7 +12,7 @@ import { Stage, words } from "./stage.ts";
 
 const CORNERS = [[52, 5], [52, 5.0001], [52.0001, 5.0001], [52.0001, 5]];
 const LISTED = {
-  lots: list({ id: "a", name: "North", stalls: 60, survey_count: 2, last_survey: { id: "s", ended: "2026-05-05T12:00:00Z" } }),
+  lots: list({ id: "a", name: "North", time_zone: "UTC", stalls: 60, survey_count: 2, last_survey: { id: "s", ended: "2026-05-05T12:00:00Z" } }),
   surveys: list(),
   changes: list(),
 };

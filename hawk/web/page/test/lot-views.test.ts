@@ -2,8 +2,7 @@ import "./dom.ts";
 import "./no-drawing.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
-import { amount, bracket, heatClass, moment, share } from "../src/views/figures.ts";
-import { groundOf, originOf, pathOf, stallAt } from "../src/views/ground.ts";
+import { amount, heatClass, moment, share } from "../src/views/figures.ts";
 import type { Changed, SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { Feature } from "../src/views/survey-source.ts";
@@ -52,14 +51,14 @@ const FEATURES = {
 
 describe("the place that the address names", () => {
   it("is written as it was read", () => {
-    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04&by=swipe&at=.5`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?every=1`, "#/recordings", `#/fly/${LOT}`]) {
+    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04&by=swipe&at=.5`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
       assert.equal(hashOf(placeOf(address)), address);
     }
     assert.equal(placeOf(`#/compare/${LOT}/${ONE}/${TWO}`).after, TWO);
   });
 
   it("leaves out what is none, and begins at Fly", () => {
-    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&by=magic&at=7"), placeOf(""));
+    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&part=B&days=monday&hours=noon&by=magic&at=7"), placeOf(""));
     assert.equal(hashOf(placeOf("")), "#/fly");
     assert.equal(placeOf("#/lots/<b>").lot, "");
   });
@@ -84,44 +83,11 @@ describe("the address", () => {
   });
 });
 
-describe("the ground of a survey", () => {
-  const origin = originOf(FEATURES.features);
-
-  it("is in metres, east and south", () => {
-    assert.ok(origin);
-    const { stalls, box } = groundOf(FEATURES.features, origin);
-    assert.deepEqual(stalls[1]?.corners.map((corner) => corner.map((each) => Math.round(100 * each) / 100 + 0)), [[3, 0], [3, -5], [5, -5], [5, 0]]);
-    assert.deepEqual([box.left, box.top, box.width, box.height].map(Math.round), [-4, -9, 13, 13]);
-  });
-
-  it("knows the stall at a point, and the nearest one for a finger", () => {
-    const { stalls } = groundOf(FEATURES.features, origin!);
-    assert.equal(stallAt(stalls, [4, -2])?.label, "A 2");
-    assert.equal(stallAt(stalls, [2.4, -2.5])?.label, "A 1");
-    assert.equal(stallAt(stalls, [40, -2]), null);
-  });
-
-  it("is one path of many stalls, and none of no stall", () => {
-    const { stalls } = groundOf(FEATURES.features, origin!);
-    assert.equal(pathOf(stalls).match(/M/g)?.length, 2);
-    assert.equal(pathOf([]), "");
-    assert.equal(originOf([{ id: "a", geometry: { type: "Point", coordinates: [1, 2] }, properties: { amenity: "parking" } }]), null);
-    assert.equal(groundOf([], { latitude: 0, longitude: 0 }).box.width, 10);
-  });
-});
-
 describe("figures in words", () => {
   it("have their interval, or are not shown", () => {
     assert.equal(share(HALF), "50.0 % (40.0 to 60.0 %)");
     assert.equal(amount({ value: 12, low: 10, high: 14.4, surveys: 1 }), "12 (10 to 14)");
     assert.deepEqual([share(NONE), amount(NONE)], ["–", "–"]);
-  });
-
-  it("are a bracket whose end may be open", () => {
-    assert.equal(bracket({ low: 3, high: 5 }), "3 to 5");
-    assert.equal(bracket({ low: 3, high: null }), "3 or more");
-    assert.equal(bracket({ low: null, high: 5.25 }, 1), "5.3 or less");
-    assert.equal(bracket({ low: null, high: null }), "–");
   });
 
   it("are coloured by fifths, and not at all without a look", () => {
@@ -434,35 +400,16 @@ describe("lots over time", () => {
     assert.match(words(archive), /Two surveys that count are needed/);
   });
 
-  it("name the pictures of a survey in the report's method", async () => {
-    const row = survey(ONE, "2026-05-04T10:00:00Z", { source: "photographs", source_name: "yard" });
-    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [row] };
-    answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
-    await open(`#/report/${LOT}`);
-    assert.match(words(archive), /From photographs \(yard\), [^.]+\. A program determined/);
-    assert.doesNotMatch(words(archive), /[Ff]lown|flew|A drone photographed/);
-  });
-
-  it("print the report of every lot, a page each, where there are several", async () => {
-    answers["/statistics"] = { clock: "UTC", surveys: 0, first: null, last: null, left_out: [], whole: null, parts: [], hours: [], days: [] };
-    await open(`#/report/${LOT}`);
-    assert.equal(archive.querySelector("input[type=checkbox]"), null);
-    await open(`#/report/${LOT}`, { lots: [{ id: LOT, name: "North" }, { id: STALL, name: "South" }] });
-    assert.equal(archive.querySelectorAll("article").length, 1);
-    const box = archive.querySelector<HTMLInputElement>("input[type=checkbox]")!;
-    box.checked = true;
-    box.dispatchEvent(new Event("change", { bubbles: true }));
-    await drawn();
-    assert.equal(archive.querySelectorAll("article").length, 2);
-    assert.match(hash, /every=1/);
-    assert.ok(reads.includes(`api/v1/lots/${STALL}/statistics`));
-  });
-
   it("show a stall's share and its last looks", async () => {
     await open(`#/lots/${LOT}?show=stalls&stall=${STALL}`);
     assert.match(words(archive), /surveys that saw it in which it was taken: 50\.0 % \(20\.0 to 80\.0 %\)/);
     assert.match(words(archive), /taken · probability of taken 97 %/);
-    assert.equal(archive.querySelectorAll("archive-plan path.heat2").length, 1);
+    const map = archive.querySelector<SurveyMap>("hawk-survey-map");
+    assert.ok(map?.source);
+    assert.deepEqual(map.source.stalls.map(({ label, state, heat }) => [label, state, heat]), [["A 1", "free", 2], ["A 2", "unknown", undefined]], "who was never seen has no colour");
+    assert.match(map.known, /50\.0 % \(20\.0 to 80\.0 %\)/);
+    await press("A 2");
+    assert.match(hash, new RegExp(`stall=${TWO}`));
   });
 
   it("make a link that is shown once, and take one back", async () => {

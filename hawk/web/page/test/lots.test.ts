@@ -9,8 +9,8 @@ import { Stage, words } from "./stage.ts";
 
 const HTML = "<b onclick='alert(1)'>North</b>";
 const LOTS = [
-  { id: "a", name: HTML, stalls: 144, survey_count: 2, last_survey: { id: "n", ended: "2026-05-04T12:00:00Z" } },
-  { id: "b", name: "South", stalls: 1, survey_count: 1, last_survey: null },
+  { id: "a", name: HTML, time_zone: "Europe/Amsterdam", stalls: 144, survey_count: 2, last_survey: { id: "n", ended: "2026-05-04T23:00:00Z" } },
+  { id: "b", name: "South", time_zone: "UTC", stalls: 1, survey_count: 1, last_survey: null },
 ];
 const LISTED = {
   lots: list(...LOTS),
@@ -52,7 +52,7 @@ describe("the lots", () => {
   it("are listed with stalls, surveys and the last day; HTML in a name is text", async () => {
     const stage = await shown();
     const rows = [...stage.part.querySelectorAll("li")].map((row) => words(row));
-    assert.match(rows[0] ?? "", /144 stalls · 2 surveys · last seen 2026-05-04/);
+    assert.match(rows[0] ?? "", /144 stalls · 2 surveys · last seen 5 May 2026 · Amsterdam time/);
     assert.match(rows[1] ?? "", /South1 stall · 1 survey/);
     assert.equal(stage.part.querySelector("li b")?.textContent, HTML);
     assert.equal(stage.part.querySelectorAll("li b b").length, 0);
@@ -66,7 +66,7 @@ describe("the lots", () => {
 
   it("are renamed", async () => {
     const stage = await shown();
-    await press(stage, "Rename");
+    await press(stage, "Name and clock");
     const field = stage.part.querySelector("input");
     assert.ok(field);
     assert.equal(field.value, HTML);
@@ -76,10 +76,24 @@ describe("the lots", () => {
     assert.equal(stage.part.querySelector("form"), null);
   });
 
+  it("have another clock where a person says so, or that of their place again", async () => {
+    const stage = await shown();
+    for (const zone of ["America/Toronto", ""]) {
+      await press(stage, "Name and clock");
+      const clocks = stage.part.querySelector("select");
+      assert.ok(clocks);
+      assert.equal(clocks.value, "Europe/Amsterdam");
+      clocks.value = zone;
+      await press(stage, "Save");
+    }
+    assert.deepEqual(sent, [["api/v1/lots/a/time-zone", { time_zone: "America/Toronto" }], ["api/v1/lots/a/time-zone", { time_zone: null }]]);
+  });
+
   it("say why a name is refused, and keep the field", async () => {
     answer = () => refusal(422, "is empty: write one or more letters", { field: "name" });
     const stage = await shown();
-    await press(stage, "Rename");
+    await press(stage, "Name and clock");
+    stage.part.querySelector("input")!.value = "";
     await press(stage, "Save");
     assert.match(words(stage.find("[role=alert]")), /name: is empty: write one or more letters/);
     assert.notEqual(stage.part.querySelector("form"), null);
@@ -109,7 +123,7 @@ describe("the lots", () => {
   it("keep their buttons when another lot comes before them", async () => {
     const stage = await shown();
     const south = stage.button("Correct the plan: South");
-    const more = { ...LISTED, lots: list({ id: "c", name: "Another", stalls: 9, survey_count: 1, last_survey: null }, ...LOTS) };
+    const more = { ...LISTED, lots: list({ id: "c", name: "Another", time_zone: "UTC", stalls: 9, survey_count: 1, last_survey: null }, ...LOTS) };
     globalThis.fetch = (address) => Promise.resolve(answerOf(address as string, more));
     stage.find("ul").dispatchEvent(new CustomEvent("lot-changed"));
     await stage.drawn();

@@ -1,4 +1,5 @@
 import type { Problem } from "../api.ts";
+import { say } from "../words/say.ts";
 
 /** Address of the drone's API. */
 export const API = "api/v1";
@@ -14,12 +15,15 @@ export interface Editor {
 /** A question that the drone refused; the text says why. Without an answer the status is 0, and the text empty. */
 export class Refused extends Error {
   readonly status: number;
+  /** What is wrong of what was sent: a field of the address or of the body; "" where none is. */
+  readonly field: string;
   /** The person who edits the plan that was to be changed. */
   readonly editor: Editor | null;
 
-  constructor(reason = "", status = 0, editor: Editor | null = null) {
+  constructor(reason = "", status = 0, editor: Editor | null = null, field = "") {
     super(reason);
     this.status = status;
+    this.field = field;
     this.editor = editor;
   }
 }
@@ -42,15 +46,27 @@ export async function readAll<T>(name: string, filter: Record<string, string> = 
   }
 }
 
-/** Values as the query of an address, without those that are empty. */
-export function query(values: Record<string, string>): string {
-  const given = new URLSearchParams(Object.entries(values).filter(([, value]) => value !== "")).toString();
+/** Values as the query of an address, without those that are empty; a list says its name again for each. */
+export function query(values: Record<string, string | readonly string[]>): string {
+  const all = Object.entries(values).flatMap(([name, value]) => [value].flat().map((each) => [name, each]));
+  const given = new URLSearchParams(all.filter(([, value]) => value !== "")).toString();
   return given && `?${given}`;
 }
 
 /** Asks for JSON. Rejects with Refused, in the drone's words where it gave some. */
 export function read<T>(address: string): Promise<T> {
   return asked(address, { cache: "no-cache" });
+}
+
+/** Asks for JSON by a link that was shared. One that is none says so in the reader's language. */
+export async function readByLink<T>(address: string): Promise<T> {
+  try {
+    return await read<T>(address);
+  } catch (error) {
+    const { status, field } = error as Refused;
+    if (status === 429) throw new Refused(say("link-too-often"), status);
+    throw status === 404 && /^(token|share)$/.test(field) ? new Refused(say("link-ended"), status, null, field) : error;
+  }
 }
 
 /** Asks for JSON; null where there is none. */
@@ -69,11 +85,23 @@ export function post<T>(path: string, body: object = {}): Promise<T> {
   return asked(`${API}/${path}`, { method: "POST", ...sent });
 }
 
-async function asked<T>(address: string, options: RequestInit): Promise<T> {
+/** Reads a file with the name that the drone gives it, else `name`. Rejects as `read`. */
+export function readFile(address: string, name: string): Promise<{ name: string; content: Blob }> {
+  return taken(address, { cache: "no-cache" }, async (found) => {
+    const given = /filename="([^"]+)"/.exec(found.headers.get("Content-Disposition") ?? "");
+    return { name: given?.[1] ?? name, content: await found.blob() };
+  });
+}
+
+function asked<T>(address: string, options: RequestInit): Promise<T> {
+  return taken(address, options, async (found) => (await found.json()) as T);
+}
+
+async function taken<T>(address: string, options: RequestInit, take: (found: Response) => Promise<T>): Promise<T> {
   let found: Response;
   try {
     found = await fetch(address, options);
-    if (found.ok) return (await found.json()) as T;
+    if (found.ok) return await take(found);
   } catch {
     throw new Refused();
   }
@@ -83,7 +111,7 @@ async function asked<T>(address: string, options: RequestInit): Promise<T> {
 function refusal(status: number, text: string): Refused {
   try {
     const { field, detail, who, since } = JSON.parse(text) as Problem;
-    return new Refused(field ? `${field}: ${detail}` : detail, status, who && since ? { who, since } : null);
+    return new Refused(field ? `${field}: ${detail}` : detail, status, who && since ? { who, since } : null, field);
   } catch {
     return new Refused(text, status);
   }

@@ -35,6 +35,11 @@ export function nameLot(lot: string, name: string): Promise<string> {
   return change(`lots/${lot}/name`, { name });
 }
 
+/** Chooses the clock of a lot, "" for that of its place; returns the reason why that failed, else nothing. */
+export function chooseClock(lot: string, zone: string): Promise<string> {
+  return change(`lots/${lot}/time-zone`, { time_zone: zone === "" ? null : zone });
+}
+
 /** Moves a survey to a lot, to a new one for null; returns the reason why that failed, else nothing. */
 export function moveSurvey(survey: string, lot: string | null): Promise<string> {
   return change(`surveys/${survey}/move`, { lot });

@@ -2,14 +2,15 @@ import { FONT_FAMILY } from "../font.ts";
 import type { Stall, StallState } from "../state/map-store.ts";
 import { corners } from "./geometry.ts";
 import type { StallFrame } from "./square-pictures.ts";
-import { css, DASHES, type Detail, FILLS, HATCH, HATCH_SHARE, hatchPeriod, inset, LINES } from "./stall-style.ts";
+import { css, DASHES, type Detail, FILLS, HATCH, HATCH_SHARE, hatchPeriod, HEAT, inset, LINES } from "./stall-style.ts";
 
 const ORDER: readonly StallState[] = ["suggested", "free", "taken", "unknown"];
 
 /** Draws stalls, all of a kind at once: where they overlap, nothing becomes darker. Question marks are drawn apart. */
 export function drawStalls(context: CanvasRenderingContext2D, stalls: Iterable<Stall>, frame: StallFrame, detail: Detail): void {
   const kinds: Record<StallState, Stall[]> = { free: [], taken: [], unknown: [], suggested: [] };
-  for (const stall of stalls) kinds[stall.state].push(stall);
+  const heat: Stall[][] = HEAT.map(() => []);
+  for (const stall of stalls) (heat[stall.heat ?? -1] ?? kinds[stall.state]).push(stall);
   for (const state of ORDER) {
     if (kinds[state].length === 0) continue;
     outline(context, kinds[state], frame, detail);
@@ -23,6 +24,16 @@ export function drawStalls(context: CanvasRenderingContext2D, stalls: Iterable<S
     context.stroke();
   }
   context.setLineDash([]);
+  HEAT.forEach((fill, step) => {
+    const alike = heat[step] ?? [];
+    if (alike.length === 0) return;
+    outline(context, alike, frame, detail);
+    context.fillStyle = css(fill);
+    context.fill();
+    context.strokeStyle = LINES.unknown;
+    context.lineWidth = 1;
+    if (detail.line > 0) context.stroke();
+  });
 }
 
 function outline(context: CanvasRenderingContext2D, stalls: readonly Stall[], { west, north, resolution }: StallFrame, { line }: Detail): void {

@@ -25,6 +25,8 @@ export const DASHES: Record<StallState, number[]> = { free: [], taken: [], unkno
 export const HATCH: Fill = { colour: [255, 106, 20], alpha: 0.9 };
 /** Part of the ground that the lines of the hatching cover. */
 export const HATCH_SHARE = 0.24;
+/** Colours of stalls by the share of surveys that found them taken, a fifth each. */
+export const HEAT: readonly Fill[] = ([[255, 245, 214], [253, 194, 122], [239, 127, 60], [185, 60, 27], [95, 15, 10]] as const).map((colour) => ({ colour, alpha: 0.85 }));
 /** Between two lines of the hatching: metres, and on the screen at least and at most this number of pixels. */
 const HATCH_M = 0.55;
 const HATCH_PX = [5, 24] as const;

@@ -11,7 +11,7 @@ import { WideCanvas } from "./wide-canvas.ts";
 
 /** Stalls as the drone sees them. */
 export class StallsLayer extends Layer {
-  private readonly index = new StallIndex<number, Stall>((one, other) => one.state === other.state);
+  private readonly index = new StallIndex<number, Stall>((one, other) => one.state === other.state && one.heat === other.heat);
   private readonly pictures = new SquarePictures(this.index, (context, stalls, frame) => drawStalls(context, stalls, frame, detailAt(frame.resolution)));
   /** Begins of rows; null: nothing is labelled. */
   private rows: readonly RowMark[] | null = null;

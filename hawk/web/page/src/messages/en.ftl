@@ -564,10 +564,16 @@ lot-surveys =
     }
 # $when: a day
 lot-seen = · last seen { $when }
-rename = Rename
+clock-of = { $city } time
+lot-clock = Clock
+lot-clock-of-place = That of its place
+link-shows-nothing = This link shows nothing
+link-ended = This link has ended, or was taken back. Ask the person who sent it for another one.
+link-too-often = Too many wrong links came from your network. Wait a minute, then load the page again.
+rename = Name and clock
 newest-survey = Newest survey
 newest-survey-of = Newest survey: { $name }
-rename-lot = Rename { $name }
+rename-lot = Name and clock of { $name }
 name-of-lot = Name of the lot
 which-lot = Which lot is it?
 # $when: a day
@@ -1341,7 +1347,6 @@ time-bar-more =
         [one] and one more
        *[other] and { $count } more
     }
-archive-clock = Times are those of { $zone }
 changes = Changes
 change-delete = Survey deleted
 change-merge = Another lot merged into this one
@@ -1368,7 +1373,6 @@ archive-lot = Lot
 archive-from = From
 archive-to = To
 archive-surveys = Surveys
-archive-figures = Figures
 archive-stalls = Stalls
 archive-links = Links
 archive-unanswered = The drone does not answer. Look at the connection and load the page again.
@@ -1413,10 +1417,6 @@ archive-left-out-count =
 # A share with the ends of its interval, in percent.
 archive-share = { $value } % ({ $low } to { $high } %)
 archive-amount = { $value } ({ $low } to { $high })
-archive-or-more = { $value } or more
-archive-or-less = { $value } or less
-archive-from-to = { $low } to { $high }
-archive-from-to-percent = { $low } to { $high } %
 archive-before = Before
 archive-after = After
 archive-changes = Changed stalls
@@ -1484,42 +1484,15 @@ compare-row-none =
 compare-nothing = No stall changed its state.
 compare-states = { $before }, now { $after }
 archive-stall = Stall
-archive-behind =
-    { $surveys ->
-        [one] { $surveys } survey of { $first }. Hours by { $clock }.
-       *[other] { $surveys } surveys from { $first } to { $last }. Hours by { $clock }.
-    }
-archive-over-day = Occupancy by hour of the day
-archive-over-time = Occupancy by survey
-archive-capacity = Stalls
-archive-accumulation = Taken stalls at a time
-archive-load = Space-hours
-archive-peak = Peak
-archive-rivals =
-    { $hours ->
-        [one] { $hours } other hour may be the peak
-       *[other] { $hours } other hours may be the peak
-    }
-archive-above = Surveyed hours at { $limit } % or more
-archive-never = Stalls that were never taken
-archive-always = Stalls that were always taken
-archive-arrivals = Arrivals in { $hours } h between surveys
-archive-arrivals-short = Arrivals
-archive-stay = Mean stay, hours
-archive-parts = Parts of the lot
-archive-part = Part
 archive-by-row = Rows
 archive-by-zone = Zones
 archive-by-kind = Kinds
-archive-no-parts = There is none: draw zones in the lot's plan.
-archive-unnamed = For everybody
 archive-heat = Share of surveys that found each stall taken
 archive-heat-note =
     { $surveys ->
         [one] Share of { $surveys } survey that found each stall taken.
        *[other] Share of { $surveys } surveys that found each stall taken. Choose a stall to see its last looks.
     }
-archive-choose-stall = Choose a stall
 archive-stall-of = Stall { $label }
 archive-stall-share =
     { $surveys ->
@@ -1532,14 +1505,98 @@ archive-state-unknown = unclear
 archive-no-zone = In no zone
 archive-chance-taken = probability of taken { $value } %
 archive-unseen = Not seen
+ask-question = How full is { $part } on { $days } { $hours ->
+        [all] at
+       *[some] between
+    } { $clock } { $period ->
+        [all] over
+        [month] in
+       *[days] from
+    } { $when }?
+ask-question-part = The question
+ask-part = Part of the lot
+ask-days = Days of the week
+ask-hours = Hours of the day
+ask-period = Period
+ask-whole-lot = the whole lot
+ask-rows =
+    { $count ->
+        [one] Row { $names }
+       *[other] Rows { $names }
+    }
+ask-every-day = every day
+ask-every-hour = any hour
+ask-every-survey = all surveys
+ask-run = { $first }–{ $last }
+ask-hours-run = { $first }–{ $last }
+ask-hour = { $hour }:00
+ask-since = { $day } on
+ask-until = the first survey to { $day }
+ask-dates = { $first } to { $last }
+ask-month-surveys =
+    { $surveys ->
+        [one] { $month }, { $surveys } survey
+       *[other] { $month }, { $surveys } surveys
+    }
+ask-taken = { $value } % taken
+ask-low-high = { $low } to { $high } %
+ask-stalls =
+    { $exact ->
+        [yes] { $low } of { $stalls } stalls are taken on average.
+       *[no] { $low } to { $high } of { $stalls } stalls are taken on average.
+    }
+ask-ends = Fullest on { $fullDay }s at { $fullHour } ({ $full } %), emptiest on { $emptyDay }s at { $emptyHour } ({ $empty } %).
+ask-behind = From { $surveys ->
+        [one] { $surveys } survey
+       *[other] { $surveys } surveys
+    } on { $days ->
+        [one] { $days } day
+       *[other] { $days } days
+    }, { $dates }, { $clock }.
+ask-nobody-at = Nobody flew at { $hours }.
+ask-none = Nobody flew then.
+ask-none-remedy = Choose other hours, other days or a longer period.
+ask-heat = { $part } by weekday and hour, { $when }
+ask-heat-keys = Arrow keys go over the hours, Shift and arrows choose several, Enter asks.
+ask-scale = 0 to 100 % taken
+ask-nobody = nobody flew
+ask-asked = asked
+ask-whole-week = The whole week
+ask-all-hours = 24 hours
+ask-flown-hours = Flown hours
+ask-hour-from = { $first }:00–{ $last }:00
+ask-cell = { $day } { $hours }: { $what }
+ask-cell-flown =
+    { $surveys ->
+        [one] { $value } %, { $surveys } survey, { $low } to { $high } %
+       *[other] { $value } %, { $surveys } surveys, { $low } to { $high } %
+    }
+ask-surveys =
+    { $surveys ->
+        [one] { $surveys } survey
+       *[other] { $surveys } surveys
+    }
+ask-figures = The figures behind it
+ask-times = { $times } times in 10
+ask-all = All, each survey once
+ask-elsewhere = The same, elsewhere
+ask-other-rows = Other rows, same hours:
+ask-command = In a terminal
+ask-copy-command = Copy the line
+ask-copy-address = Copy the address of this question
+ask-copied = Copied: { $text }
+ask-copy-by-hand = This browser does not let the page copy. Copy it by hand: { $text }
+ask-document = The report: print it or download it
+ask-done = Done
+document-title = The report of what is asked
+document-paper = Paper
+document-pdf = PDF
+document-xlsx = Workbook
+document-writing = { $kind }: the drone writes it
+document-saved = { $name } is saved, { $size }.
+document-refused = { $kind }: { $why }
+document-print-instead = Print it by the browser instead.
 archive-print = Print
-archive-every-lot = Every lot, a page each
-archive-method = Method
-archive-method-flown = A drone photographed the lot.
-archive-method-source = { $source }, { $when }.
-archive-method-words = A program determined the state of each stall from the pictures. Each survey shows one moment. The interval behind a figure holds the true value in 9 of 10 cases: it comes from the probability of each state, from stalls that were not seen, and from the number of surveys. Nobody's car was compared, identified or kept.
-archive-limits = Limits
-archive-limits-words = Hours that nobody surveyed are empty. Arrivals and stays lie between the two ends given; what happened between two surveys was not seen. Stalls under trees and roofs may be unclear.
 archive-no-recording = There is no recording here.
 archive-recordings-size =
     { $count ->
@@ -1558,7 +1615,7 @@ archive-delete = Delete
 archive-delete-of = Delete the recording of { $when }
 archive-delete-surely = Delete for good
 archive-delete-surely-of = Delete the recording of { $when } for good
-archive-links-note = A link shows this lot to everyone who has it, without a login: surveys, figures and report. It shows no picture, no recording and no operator. It ends by itself, and can be taken back.
+archive-links-note = A link shows this lot to everyone who has it, without a login: every survey, those to come too, with counts, stalls, figures and report. It shows no recording, no operator and no other lot, and changes nothing. It ends by itself, and can be taken back.
 archive-link-days = Days
 archive-make-link = Make a link
 archive-link = Link

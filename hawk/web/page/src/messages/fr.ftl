@@ -560,10 +560,16 @@ lot-surveys =
     }
 # $when: a day
 lot-seen = · vu le { $when }
-rename = Renommer
+clock-of = heure : { $city }
+lot-clock = Heure
+lot-clock-of-place = Celle de son lieu
+link-shows-nothing = Ce lien ne montre rien
+link-ended = Ce lien a pris fin ou a été repris. Demandez-en un autre à qui vous l'a envoyé.
+link-too-often = Trop de faux liens sont venus de votre réseau. Attendez une minute, puis rechargez la page.
+rename = Nom et heure
 newest-survey = Dernier relevé
 newest-survey-of = Dernier relevé : { $name }
-rename-lot = Renommer { $name }
+rename-lot = Nom et heure de { $name }
 name-of-lot = Nom du parking
 which-lot = Quel parking est-ce ?
 # $when: a day
@@ -1317,7 +1323,6 @@ time-bar-more =
         [one] et un autre
        *[other] et { $count } autres
     }
-archive-clock = Les heures sont celles de { $zone }
 changes = Modifications
 change-delete = Relevé supprimé
 change-merge = Un autre parking fusionné avec celui-ci
@@ -1344,7 +1349,6 @@ archive-lot = Parking
 archive-from = Du
 archive-to = Au
 archive-surveys = Relevés
-archive-figures = Chiffres
 archive-stalls = Places
 archive-links = Liens
 archive-unanswered = Le drone ne répond pas. Vérifiez la liaison et rechargez la page.
@@ -1387,10 +1391,6 @@ archive-left-out-count =
     }
 archive-share = { $value } % ({ $low } à { $high } %)
 archive-amount = { $value } ({ $low } à { $high })
-archive-or-more = { $value } ou plus
-archive-or-less = { $value } ou moins
-archive-from-to = { $low } à { $high }
-archive-from-to-percent = { $low } à { $high } %
 archive-before = Avant
 archive-after = Après
 archive-changes = Places changées
@@ -1466,42 +1466,15 @@ compare-row-none =
 compare-nothing = Aucune place n'a changé d'état.
 compare-states = { $before }, maintenant { $after }
 archive-stall = Place
-archive-behind =
-    { $surveys ->
-        [one] { $surveys } relevé du { $first }. Heures selon { $clock }.
-       *[other] { $surveys } relevés du { $first } au { $last }. Heures selon { $clock }.
-    }
-archive-over-day = Occupation par heure de la journée
-archive-over-time = Occupation par relevé
-archive-capacity = Places
-archive-accumulation = Places occupées à un moment
-archive-load = Places-heures
-archive-peak = Pointe
-archive-rivals =
-    { $hours ->
-        [one] { $hours } autre heure peut être la pointe
-       *[other] { $hours } autres heures peuvent être la pointe
-    }
-archive-above = Heures relevées à { $limit } % ou plus
-archive-never = Places jamais occupées
-archive-always = Places toujours occupées
-archive-arrivals = Arrivées en { $hours } h entre relevés
-archive-arrivals-short = Arrivées
-archive-stay = Durée moyenne, heures
-archive-parts = Parties du parking
-archive-part = Partie
 archive-by-row = Rangées
 archive-by-zone = Zones
 archive-by-kind = Types
-archive-no-parts = Il n'y en a pas : dessinez des zones dans le plan du parking.
-archive-unnamed = Pour tous
 archive-heat = Part des relevés qui ont trouvé chaque place occupée
 archive-heat-note =
     { $surveys ->
         [one] Part de { $surveys } relevé qui a trouvé chaque place occupée.
        *[other] Part de { $surveys } relevés qui ont trouvé chaque place occupée. Choisissez une place pour voir ses derniers regards.
     }
-archive-choose-stall = Choisir une place
 archive-stall-of = Place { $label }
 archive-stall-share =
     { $surveys ->
@@ -1514,14 +1487,98 @@ archive-state-unknown = incertaine
 archive-no-zone = Dans aucune zone
 archive-chance-taken = probabilité d'occupée { $value } %
 archive-unseen = Pas vue
+ask-question = Quelle part de { $part } est occupée { $days } { $hours ->
+        [all] à
+       *[some] entre
+    } { $clock } { $period ->
+        [all] sur
+        [month] en
+       *[days] du
+    } { $when } ?
+ask-question-part = La question
+ask-part = Partie du parking
+ask-days = Jours de la semaine
+ask-hours = Heures de la journée
+ask-period = Période
+ask-whole-lot = tout le parking
+ask-rows =
+    { $count ->
+        [one] la rangée { $names }
+       *[other] les rangées { $names }
+    }
+ask-every-day = tous les jours
+ask-every-hour = toute heure
+ask-every-survey = tous les relevés
+ask-run = { $first }–{ $last }
+ask-hours-run = { $first } et { $last } h
+ask-hour = { $hour } h
+ask-since = { $day } à aujourd'hui
+ask-until = premier relevé au { $day }
+ask-dates = { $first } au { $last }
+ask-month-surveys =
+    { $surveys ->
+        [one] { $month }, { $surveys } relevé
+       *[other] { $month }, { $surveys } relevés
+    }
+ask-taken = { $value } % occupé
+ask-low-high = { $low } à { $high } %
+ask-stalls =
+    { $exact ->
+        [yes] { $low } des { $stalls } places sont occupées en moyenne.
+       *[no] { $low } à { $high } des { $stalls } places sont occupées en moyenne.
+    }
+ask-ends = Le plus plein le { $fullDay } à { $fullHour } ({ $full } %), le plus vide le { $emptyDay } à { $emptyHour } ({ $empty } %).
+ask-behind = D'après { $surveys ->
+        [one] { $surveys } relevé
+       *[other] { $surveys } relevés
+    } sur { $days ->
+        [one] { $days } jour
+       *[other] { $days } jours
+    }, { $dates }, { $clock }.
+ask-nobody-at = Personne n'a volé à { $hours }.
+ask-none = Personne n'a volé à ce moment.
+ask-none-remedy = Choisissez d'autres heures, d'autres jours ou une période plus longue.
+ask-heat = { $part } par jour et heure, { $when }
+ask-heat-keys = Les flèches vont d'heure en heure, Maj et flèches en choisissent plusieurs, Entrée pose la question.
+ask-scale = occupé de 0 à 100 %
+ask-nobody = personne n'a volé
+ask-asked = demandé
+ask-whole-week = Toute la semaine
+ask-all-hours = 24 heures
+ask-flown-hours = Heures relevées
+ask-hour-from = { $first }–{ $last } h
+ask-cell = { $day } { $hours } : { $what }
+ask-cell-flown =
+    { $surveys ->
+        [one] { $value } %, { $surveys } relevé, { $low } à { $high } %
+       *[other] { $value } %, { $surveys } relevés, { $low } à { $high } %
+    }
+ask-surveys =
+    { $surveys ->
+        [one] { $surveys } relevé
+       *[other] { $surveys } relevés
+    }
+ask-figures = Les chiffres derrière
+ask-times = { $times } fois sur 10
+ask-all = Tout, chaque relevé une fois
+ask-elsewhere = La même chose, ailleurs
+ask-other-rows = Autres rangées, mêmes heures :
+ask-command = Dans un terminal
+ask-copy-command = Copier la ligne
+ask-copy-address = Copier l'adresse de cette question
+ask-copied = Copié : { $text }
+ask-copy-by-hand = Ce navigateur ne laisse pas la page copier. Copiez à la main : { $text }
+ask-document = Le rapport : l'imprimer ou le télécharger
+ask-done = Terminé
+document-title = Le rapport de ce qui est demandé
+document-paper = Papier
+document-pdf = PDF
+document-xlsx = Classeur
+document-writing = { $kind } : le drone l'écrit
+document-saved = { $name } est enregistré, { $size }.
+document-refused = { $kind } : { $why }
+document-print-instead = Imprimez-le plutôt par le navigateur.
 archive-print = Imprimer
-archive-every-lot = Tous les parkings, une page chacun
-archive-method = Méthode
-archive-method-flown = Un drone a photographié le parking.
-archive-method-source = { $source }, { $when }.
-archive-method-words = Un programme a déterminé l'état de chaque place d'après les images. Chaque relevé montre un moment. L'intervalle derrière un chiffre contient la vraie valeur dans 9 cas sur 10 : il vient de la probabilité de chaque état, des places qui n'ont pas été vues et du nombre de relevés. Aucune voiture n'a été comparée, identifiée ni conservée.
-archive-limits = Limites
-archive-limits-words = Les heures que personne n'a relevées sont vides. Arrivées et durées se trouvent entre les deux bouts donnés ; ce qui s'est passé entre deux relevés n'a pas été vu. Des places sous des arbres ou des toits peuvent être incertaines.
 archive-no-recording = Il n'y a aucun enregistrement ici.
 archive-recordings-size =
     { $count ->
@@ -1540,7 +1597,7 @@ archive-delete = Supprimer
 archive-delete-of = Supprimer l'enregistrement du { $when }
 archive-delete-surely = Supprimer pour de bon
 archive-delete-surely-of = Supprimer pour de bon l'enregistrement du { $when }
-archive-links-note = Un lien montre ce parking à tous ceux qui l'ont, sans connexion : relevés, chiffres et rapport. Il ne montre ni photo, ni enregistrement, ni opérateur. Il finit de lui-même, et peut être repris.
+archive-links-note = Un lien montre ce parking à tous ceux qui l'ont, sans connexion : chaque relevé, ceux à venir aussi, avec comptes, places, chiffres et rapport. Il ne montre ni enregistrement, ni opérateur, ni autre parking, et ne change rien. Il finit de lui-même, et peut être repris.
 archive-link-days = Jours
 archive-make-link = Créer un lien
 archive-link = Lien

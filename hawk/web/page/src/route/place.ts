@@ -1,7 +1,7 @@
 export const VIEWS = ["fly", "lots", "compare", "report", "recordings"] as const;
 export type ViewName = (typeof VIEWS)[number];
 export const BY = ["swipe", "fade", "side"] as const;
-export const SHOWN = ["stalls", "figures", "links"] as const;
+export const SHOWN = ["stalls", "document", "links"] as const;
 
 /** What the page shows, as it stands behind the address's "#": a link leads there, and "back" goes back. */
 export interface Place {
@@ -17,27 +17,33 @@ export interface Place {
   /** Days, as 2026-05-04; "" without that end. */
   from: string;
   to: string;
+  /** Parts of the lot that are asked about, as "row.B": of the rows any, of the zones any, of the kinds any; none: the lot. */
+  parts: readonly string[];
+  /** Days of the week and hours of the day that are asked about, as "mon-fri" and "7-11"; "" for all. */
+  days: string;
+  hours: string;
   /** How two surveys are compared, and how much of the later one is shown, 0 to 1; "" as the view begins. */
   by: "" | (typeof BY)[number];
   at: string;
-  /** "1": the report is of every lot, a page each. */
-  every: "" | "1";
   /** A part of the view beside what it shows first. */
   show: "" | (typeof SHOWN)[number];
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", recording: "", t: "", from: "", to: "", by: "", at: "", every: "", show: "" };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "" };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
 const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after" | "recording")[]>> = {
   fly: ["lot"],
   lots: ["lot", "survey"],
   compare: ["lot", "before", "after"],
-  report: ["lot", "survey"],
+  report: ["lot"],
   recordings: ["lot", "recording"],
 };
 const DAY = /^\d{4}-\d{2}-\d{2}$/;
 const RECORDING = /^[0-9TZ-]{16,24}\.mcap$/;
 const SECONDS = /^\d{1,6}(\.\d)?$/;
+const PART = /^(row|zone|kind)\../;
+const DAYS = /^[a-z]{3}(-[a-z]{3})?(,[a-z]{3}(-[a-z]{3})?)*$/;
+const HOURS = /^\d{1,2}(-\d{1,2})?(,\d{1,2}(-\d{1,2})?)*$/;
 const SHARE = /^(0|1|\.\d{1,3})$/;
 const ID = /^[0-9a-f-]{36}$/;
 
@@ -53,7 +59,9 @@ export function placeOf(hash: string): Place {
   place.t = read(given.get("t"), SECONDS);
   place.from = read(given.get("from"), DAY);
   place.to = read(given.get("to"), DAY);
-  if (given.get("every") === "1") place.every = "1";
+  place.parts = given.getAll("part").filter((part) => PART.test(part));
+  place.days = read(given.get("days"), DAYS);
+  place.hours = read(given.get("hours"), HOURS);
   place.by = BY.find((each) => each === given.get("by")) ?? "";
   place.at = read(given.get("at"), SHARE);
   place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
@@ -66,9 +74,9 @@ function read(value: string | null | undefined, pattern: RegExp): string {
 
 /** The address of a place, with what differs from none. */
 export function hashOf(place: Place): string {
-  const { stall, t, from, to, by, at, every, show } = place;
+  const { stall, t, parts, days, hours, from, to, by, at, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
-  const given = Object.entries({ stall, t, from, to, by, at, every, show }).filter(([, value]) => value !== "");
-  const search = new URLSearchParams(given).toString();
+  const given = Object.entries({ stall, t, days, hours, from, to, by, at, show }).filter(([, value]) => value !== "");
+  const search = new URLSearchParams([...parts.map((part) => ["part", part]), ...given]).toString();
   return `#/${path}${search && `?${search}`}`;
 }

@@ -6,6 +6,7 @@ import type { Route } from "../route/route.ts";
 import type { LanguageChoice } from "../state/preferences.ts";
 import { icon } from "../ui/icons.ts";
 import { type LanguageName, LANGUAGES } from "../words/languages.ts";
+import { clockWords, timeOnClock } from "../words/clock.ts";
 import { language, say } from "../words/say.ts";
 
 /** What the bar says of the drone, with the view that a press on it leads to. */
@@ -15,6 +16,9 @@ export interface DroneChip {
   tone: string;
 }
 
+/** A lot that may be chosen, and what is said of it. */
+export type BarLot = Pick<ListedLot, "id" | "name" | "time_zone"> & { survey_count: number | null; last_survey: { id: string; ended: string } | null };
+
 /** On every view: the lot, the views, the drone's state, language and help. */
 @customElement("hawk-top")
 export class TopBar extends LitElement {
@@ -22,7 +26,7 @@ export class TopBar extends LitElement {
   @property({ attribute: false }) route!: Route;
   @property({ attribute: false }) views: readonly ViewName[] = [];
   /** Null: there is nothing to choose. */
-  @property({ attribute: false }) lots: readonly Pick<ListedLot, "id" | "name">[] | null = null;
+  @property({ attribute: false }) lots: readonly BarLot[] | null = null;
   @property({ attribute: false }) drone: DroneChip | null = null;
   /** Redraws the bar in another language. */
   @property() spoken = "";
@@ -46,14 +50,23 @@ export class TopBar extends LitElement {
   }
 
 
+  /** The lot, with its surveys and whose clock it is: every time of these views is by that. */
   private picker(): TemplateResult | typeof nothing {
     const { lots, place } = this;
-    if (lots === null || lots.length === 0) return nothing;
-    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", recording: "", t: "" });
-    return html`<label class="lot"><span class="unseen">${say("archive-lot")}</span><select @change=${go}>
-      ${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}
-    </select></label>`;
+    const lot = lots?.find(({ id }) => id === place.lot) ?? lots?.[0];
+    if (lots === null || lot === undefined) return nothing;
+    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", recording: "", t: "", parts: [] });
+    const choice = html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
+    return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub">${about(lot, place)}</span></label>`;
   }
+}
+
+/** When the newest survey was, where that is shown; how many there are elsewhere; whose clock it is, also where there is little room. */
+function about({ last_survey: last, survey_count: surveys, time_zone: zone }: BarLot, { view, survey }: Place): TemplateResult {
+  const isShown = view === "lots" && last !== null && (survey === "" || survey === last.id);
+  const time = { weekday: "short", day: "numeric", month: "short", hour: "numeric", minute: "2-digit" } as const;
+  const when = isShown ? timeOnClock(last.ended, zone, time) : surveys === null ? "" : say("lot-surveys", { surveys });
+  return html`${when === "" ? nothing : html`<span class="when">${when} · </span>`}${clockWords(zone)}`;
 }
 
 /** Links to the views of a lot. */
@@ -66,5 +79,5 @@ export function viewLinks(views: readonly ViewName[], route: Route): TemplateRes
 
 /** The lot is kept; the survey and the stall of another view are not this one's. */
 function addressOf(view: ViewName, route: Route): string {
-  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", recording: "", t: "", show: "", every: "" });
+  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", recording: "", t: "", show: "" });
 }

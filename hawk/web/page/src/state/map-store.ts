@@ -17,6 +17,8 @@ export interface Stall {
   lastSeen: number | null;
   /** In the plan of a known lot; else its number. */
   label: string;
+  /** Fifth of the surveys that found it taken, 0 to 4: it is coloured by that instead of its state. */
+  heat?: number;
 }
 
 export interface TileKey {

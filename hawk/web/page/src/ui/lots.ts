@@ -2,8 +2,9 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
 import { repeat } from "lit/directives/repeat.js";
 import type { ListedLot, Survey } from "../api.ts";
-import { fetchLots, type Lots, moveSurvey, nameLot } from "../link/lots.ts";
+import { chooseClock, fetchLots, type Lots, moveSurvey, nameLot } from "../link/lots.ts";
 import { cannot, isViewer } from "../words/actions.ts";
+import { clockNames, clockWords, timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -53,8 +54,8 @@ export class LotsList extends Part {
   }
 
   private row(lot: ListedLot): TemplateResult {
-    const seen = lot.last_survey === null ? "" : say("lot-seen", { when: format.day(lot.last_survey.ended) });
-    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen}</span></span>
+    const seen = lot.last_survey === null ? "" : say("lot-seen", { when: timeOnClock(lot.last_survey.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" }) });
+    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span></span>
       <span class="choices">${lot.last_survey === null ? nothing : html`<a class="button" href="#/lots/${lot.id}/${lot.last_survey.id}" aria-label=${say("newest-survey-of", { name: lot.name })}>${say("newest-survey")}</a>`}
         ${this.mayChange() ? this.changing(lot) : nothing}</span>`;
   }
@@ -86,6 +87,10 @@ export class LotsList extends Part {
   private form(lot: ListedLot): TemplateResult {
     return html`<form @submit=${(event: SubmitEvent) => this.save(event, lot)}>
       <input type="text" name="lot-name" aria-label=${say("name-of-lot")} maxlength=${LONGEST_LOT_NAME} .defaultValue=${lot.name} />
+      <label class="sub">${say("lot-clock")}<select name="lot-clock">
+        <option value="">${say("lot-clock-of-place")}</option>
+        ${[...new Set([lot.time_zone, ...clockNames()])].map((zone) => html`<option ?selected=${zone === lot.time_zone}>${zone}</option>`)}
+      </select></label>
       <button type="submit">${say("save")}</button>
     </form>`;
   }
@@ -112,8 +117,12 @@ export class LotsList extends Part {
 
   private async save(event: SubmitEvent, lot: ListedLot): Promise<void> {
     event.preventDefault();
-    const field = (event.currentTarget as HTMLFormElement).elements.namedItem("lot-name") as HTMLInputElement;
-    await this.change(nameLot(lot.id, field.value));
+    const fields = (event.currentTarget as HTMLFormElement).elements;
+    const of = (name: string): string => (fields.namedItem(name) as HTMLInputElement | HTMLSelectElement).value;
+    const [name, clock] = [of("lot-name"), of("lot-clock")];
+    if (name !== lot.name) await this.change(nameLot(lot.id, name));
+    else this.problem = "";
+    if (clock !== lot.time_zone && this.problem === "") await this.change(chooseClock(lot.id, clock));
     if (this.problem === "") this.renamed = null;
   }
 

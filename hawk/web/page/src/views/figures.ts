@@ -1,5 +1,6 @@
-import type { Bracket, Estimate } from "../api.ts";
-import { language, number, say } from "../words/say.ts";
+import type { Estimate } from "../api.ts";
+import { dateLanguage } from "../words/clock.ts";
+import { number, say } from "../words/say.ts";
 import { clockWords, onClock } from "./time-bar-days.ts";
 
 const NONE = "–";
@@ -16,24 +17,15 @@ export function amount({ value, low, high }: Estimate): string {
   return say("archive-amount", { value: number(value), low: number(low), high: number(high) });
 }
 
-/** A bracket; an end that is not known is said to be so. */
-export function bracket({ low, high }: Bracket, decimals = 0): string {
-  if (low === null && high === null) return NONE;
-  if (high === null) return say("archive-or-more", { value: number(low ?? 0, decimals) });
-  if (low === null) return say("archive-or-less", { value: number(high, decimals) });
-  return say("archive-from-to", { low: number(low, decimals), high: number(high, decimals) });
-}
-
 /** Day and time on the clock of a lot: 2026-05-04 10:30; without a time zone on the browser's. */
 export function moment(iso: string, zone?: string): string {
   if (Number.isNaN(Date.parse(iso))) return NONE;
   return new Date(onClock(iso, zone)).toISOString().slice(0, 16).replace("T", " ");
 }
 
-/** A day in the order in which people of the language write it; English as the British do: the day, then the month. */
+/** A day in the order in which people of the language write it. */
 export function dayWords(clock: number, parts: Intl.DateTimeFormatOptions): string {
-  const name = language();
-  return new Date(clock).toLocaleDateString(name === "en" ? "en-GB" : name, { ...parts, timeZone: "UTC" }).replace(/^(\p{L}+\.?), /u, "$1 ");
+  return new Date(clock).toLocaleDateString(dateLanguage(), { ...parts, timeZone: "UTC" }).replace(/^(\p{L}+\.?), /u, "$1 ");
 }
 
 /** The same for people: Mon 4 May, 10:02; with the year where it is another one than now. */

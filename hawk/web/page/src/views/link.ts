@@ -1,6 +1,8 @@
-import type { Change, Changed, DueList, Figures, Observation, Recording, StallsUse, Survey, SurveyGround, SurveysUse } from "../api.ts";
+import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, StallsUse, Survey, SurveyGround, SurveysUse } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
-import { API, orNull, type Part, query, read, readAll } from "../link/api.ts";
+import { API, orNull, type Part, query, read, readAll, readByLink } from "../link/api.ts";
+import type { Place } from "../route/place.ts";
+import { askedOf } from "./question.ts";
 import { type Features, onMap, planeOf, type SurveyOnMap } from "./survey-source.ts";
 
 /** Days of the period, as 2026-05-04; "" without that end. */
@@ -27,7 +29,7 @@ export interface DeletedSurvey {
 /** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
 export class LotSource {
   readonly base: string;
-  private readonly isShared: boolean;
+  readonly isShared: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
   /** In which all surveys of the lot are shown: place and zoom stay when one follows another. */
@@ -82,6 +84,11 @@ export class LotSource {
     return this.once(`statistics${query({ ...period, by })}`);
   }
 
+  /** The answer to what the address asks. */
+  asked(place: Place): Promise<AskedUse> {
+    return this.once(`statistics/ask${query(askedOf(place))}`);
+  }
+
   heat(period: Period): Promise<StallsUse> {
     return this.once(`statistics/stalls${query({ ...period })}`);
   }
@@ -118,7 +125,7 @@ export class LotSource {
   }
 
   private ask<T>(address: string): Promise<T> {
-    return this.keep(address, () => read<T>(address));
+    return this.keep(address, () => (this.isShared ? readByLink<T>(address) : read<T>(address)));
   }
 
   private keep<T>(address: string, work: () => Promise<T>): Promise<T> {

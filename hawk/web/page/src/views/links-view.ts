@@ -1,9 +1,9 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, state } from "lit/decorators.js";
-import type { ListedLink } from "../api.ts";
+import type { ListedLink, SurveysUse } from "../api.ts";
 import { API, post, read } from "../link/api.ts";
-import { day } from "../words/format.ts";
 import { say } from "../words/say.ts";
+import { moment } from "./figures.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 const STANDARD_DAYS = 30;
@@ -14,7 +14,10 @@ export class LinksView extends View {
   @state() private made: { address: string; ends: string } | null = null;
   private readonly listed = new Asked<{ shares: ListedLink[] }>(this);
 
+  private readonly surveys = new Asked<SurveysUse>(this);
+
   override willUpdate(): void {
+    this.surveys.ask(`${this.place.lot} ${this.revision}`, () => this.source.surveys({ from: "", to: "" }));
     this.listed.ask(`${this.place.lot} ${this.revision}`, () => read(`${API}/lots/${this.place.lot}/shares`));
   }
 
@@ -23,8 +26,13 @@ export class LinksView extends View {
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     return html`<p>${say("archive-links-note")}</p>
       ${this.mayChange ? this.form() : nothing}
-      <div aria-live="polite">${this.made === null ? nothing : html`<p class="card">${say("archive-link-made", { ends: day(this.made.ends) })}<br /><input class="address" readonly aria-label=${say("archive-link")} .value=${this.made.address} @focus=${(event: FocusEvent) => (event.target as HTMLInputElement).select()} /></p>`}</div>
+      <div aria-live="polite">${this.made === null ? nothing : html`<p class="card">${say("archive-link-made", { ends: this.day(this.made.ends) })}<br /><input class="address" readonly aria-label=${say("archive-link")} .value=${this.made.address} @focus=${(event: FocusEvent) => (event.target as HTMLInputElement).select()} /></p>`}</div>
       <ul>${(value?.shares ?? []).map((row) => this.row(row))}</ul>`;
+  }
+
+  /** A day of the lot's clock. */
+  private day(time: string): string {
+    return moment(time, this.surveys.value?.clock).slice(0, 10);
   }
 
   private form(): TemplateResult {
@@ -35,7 +43,7 @@ export class LinksView extends View {
   }
 
   private row(row: ListedLink): TemplateResult {
-    const words = say(row.open ? "archive-link-open" : "archive-link-shut", { made: day(row.made), ends: day(row.ends) });
+    const words = say(row.open ? "archive-link-open" : "archive-link-shut", { made: this.day(row.made), ends: this.day(row.ends) });
     return html`<li>${words} ${row.open && this.mayChange ? html`<button class="small" @click=${() => void this.takeBack(row)}>${say("archive-take-back")}</button>` : nothing}</li>`;
   }
 

@@ -1,17 +1,16 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import { repeat } from "lit/directives/repeat.js";
 import type { ListedLot } from "../api.ts";
 import type { Place } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { say } from "../words/say.ts";
+import "./ask-view.ts";
 import "./compare-view.ts";
-import "./figures-view.ts";
+import "./document-view.ts";
 import { LotSource } from "./link.ts";
 import "./links-view.ts";
 import "./recordings-view.ts";
-import "./report-view.ts";
 import "./stalls-view.ts";
 import "./surveys-view.ts";
 import { wordsOf } from "./view.ts";
@@ -31,10 +30,10 @@ interface Notice {
   name?: string;
 }
 
-const PARTS = { lots: ["", "stalls", "links"], report: ["", "figures"] } as const;
-const NAMES = { lots: "archive-surveys", stalls: "archive-stalls", links: "archive-links", report: "view-report", figures: "archive-figures" } as const;
+const PARTS = ["", "stalls", "links"] as const;
+const NAMES = { "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
 
-/** The views of lots over time: surveys by date, compared, in figures, stall by stall, on paper; and the recordings. */
+/** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. */
 @customElement("hawk-views")
 export class LotViews extends LitElement {
   @property({ attribute: false }) route!: Route;
@@ -66,7 +65,7 @@ export class LotViews extends LitElement {
         @archive-changed=${() => this.renew()}
         @archive-said=${(event: CustomEvent<Notice>) => (this.notice = event.detail)}>
         <h1 class="unseen">${say(`view-${place.view}`)}</h1>
-        ${place.view === "recordings" || place.view === "compare" ? nothing : this.head(place)} ${this.content(place)}
+        ${place.view === "lots" ? this.head(place) : nothing} ${this.content(place)}
       </div>
       <div class="notice no-print" role="status">${this.notice === null ? nothing : this.saying(this.notice)}</div>`;
   }
@@ -74,14 +73,14 @@ export class LotViews extends LitElement {
   /** Parts of the view, and the period that it is about. */
   private head(place: Place): TemplateResult {
     const day = (end: "from" | "to"): TemplateResult => html`<label>${say(`archive-${end}`)}<input type="date" .value=${place[end]} @change=${(event: Event) => this.route.go({ [end]: (event.target as HTMLInputElement).value })} /></label>`;
-    return html`<div class="head no-print">${place.view === "lots" || place.view === "report" ? this.parts(place, place.view) : nothing}
-      ${place.view === "lots" && place.show !== "stalls" ? nothing : html`<div class="fields">${day("from")} ${day("to")}</div>`}</div>`;
+    return html`<div class="head no-print">${this.parts(place)}
+      ${place.show === "stalls" ? html`<div class="fields">${day("from")} ${day("to")}</div>` : nothing}</div>`;
   }
 
-  private parts(place: Place, view: "lots" | "report"): TemplateResult {
-    const parts = PARTS[view].filter((part) => part !== "links" || this.access.token === null);
+  private parts(place: Place): TemplateResult {
+    const parts = PARTS.filter((part) => part !== "links" || this.access.token === null);
     return html`<nav aria-label=${say("archive-view-parts")}>${parts.map(
-      (part) => html`<button aria-current=${part === place.show ? "page" : "false"} @click=${() => this.route.go({ show: part })}>${say(NAMES[part === "" ? view : part])}</button>`,
+      (part) => html`<button aria-current=${part === place.show ? "page" : "false"} @click=${() => this.route.go({ show: part })}>${say(NAMES[part])}</button>`,
     )}</nav>`;
   }
 
@@ -93,22 +92,11 @@ export class LotViews extends LitElement {
     if (!isShared && place.lot === "") return html`<p>${say("archive-no-lot")}</p>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
-    if (place.show === "figures") return html`<archive-figures .source=${source} .place=${place} .revision=${revision}></archive-figures>`;
-    if (place.view === "report") return this.reports(place);
+    if (place.show === "document") return html`<archive-document .source=${source} .place=${place} .revision=${revision}></archive-document>`;
+    if (place.view === "report") return html`<archive-ask .source=${source} .place=${place} .revision=${revision}></archive-ask>`;
     if (place.show === "stalls") return html`<archive-stalls .source=${source} .place=${place} .revision=${revision}></archive-stalls>`;
-    if (place.show === "links" && !isShared) return html`<archive-links .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
+    if (place.show === "links" && !isShared) return html`<archive-links .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
     return html`<archive-surveys .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange && !isShared}></archive-surveys>`;
-  }
-
-  /** The report of the lot, or of every lot, a page each. */
-  private reports(place: Place): TemplateResult {
-    const { lots, token } = this.access;
-    const isChoice = token === null && lots.length > 1;
-    const ids = isChoice && place.every ? lots.map(({ id }) => id) : [place.lot];
-    return html`<div class="fields no-print">
-        <button class="primary" @click=${() => print()}>${say("archive-print")}</button>
-        ${isChoice ? html`<label class="tick"><input type="checkbox" .checked=${place.every !== ""} @change=${(event: Event) => this.route.go({ every: (event.target as HTMLInputElement).checked ? "1" : "" })} />${say("archive-every-lot")}</label>` : nothing}
-      </div>${repeat(ids, (id) => id, (id) => html`<archive-report .source=${this.sourceOf(id)} .place=${id === place.lot ? place : { ...place, lot: id, survey: "" }} .revision=${this.revision}></archive-report>`)}`;
   }
 
   /** The same for every view of a lot. */

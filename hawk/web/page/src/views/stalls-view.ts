@@ -1,21 +1,22 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { Observation, StallsUse, SurveysUse } from "../api.ts";
+import { css, HEAT } from "../map/stall-style.ts";
+import { cssVars } from "../ui/css-vars.ts";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
-import { type Ground, groundOf, originOf } from "./ground.ts";
-import type { Features } from "./survey-source.ts";
-import type { Shade } from "./plan-view.ts";
-import "./plan-view.ts";
+import "./survey-map.ts";
+import type { SurveyOnMap } from "./survey-source.ts";
 import { Asked, View } from "./view.ts";
 
-/** Every stall by the share of surveys that found it taken, and the last looks at one of them. */
+/** Every stall by the share of surveys that found it taken, on the map and as a list, and the last looks at one of them. */
 @customElement("archive-stalls")
 export class StallsView extends View {
   private readonly heat = new Asked<StallsUse>(this);
   private readonly listed = new Asked<SurveysUse>(this);
-  private readonly shown = new Asked<Features>(this);
+  private readonly shown = new Asked<SurveyOnMap | null>(this);
   private readonly looks = new Asked<Observation[]>(this);
+  private readonly coloured = kept(byShare);
 
   override willUpdate(): void {
     const { from, to, lot, stall } = this.place;
@@ -23,7 +24,7 @@ export class StallsView extends View {
     this.heat.ask(key, () => this.source.heat({ from, to }));
     this.listed.ask(key, () => this.source.surveys({ from, to }));
     const newest = this.listed.value?.surveys.find((row) => row.left_out_code === "");
-    if (newest) this.shown.ask(newest.id, () => this.source.features(newest.id));
+    if (newest) this.shown.ask(newest.id, () => this.source.onMap(newest.id));
     if (stall !== "") this.looks.ask(`${stall} ${this.revision}`, () => this.source.looks(stall));
   }
 
@@ -33,30 +34,31 @@ export class StallsView extends View {
     const [heat, shown] = [this.heat.value, this.shown.value];
     if (heat === null) return html`<p>${say("archive-asking")}</p>`;
     if (heat.ids.length === 0 || heat.surveys_in_period === 0) return html`<p>${say("archive-none-counts")}</p>`;
-    return html`<p>${say("archive-heat-note", { surveys: heat.surveys_in_period })}</p>
-      ${shown === null ? nothing : this.drawn(heat, shown)} ${legend()}
-      <label class="fields">${say("archive-stall")}
-        <select @change=${(event: Event) => this.go({ stall: (event.target as HTMLSelectElement).value })}>
-          <option value="">${say("archive-choose-stall")}</option>
-          ${heat.ids.map((id, k) => html`<option value=${id} ?selected=${id === this.place.stall}>${heat.labels[k]}</option>`)}
-        </select></label>
-      ${this.place.stall === "" ? nothing : this.one(heat)}`;
+    return html`<div class="lot stalls">
+      ${shown === null ? nothing : html`<hawk-survey-map .source=${this.coloured(shown, heat)} .chosen=${this.place.stall} .known=${this.known(heat)} .legend=${legend()} .label=${say("archive-heat")} .theme=${document.documentElement.dataset.theme ?? ""}
+        @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>`}
+      <section class="card about" aria-label=${say("archive-stalls")}><p>${say("archive-heat-note", { surveys: heat.surveys_in_period })}</p>
+        ${this.place.stall === "" ? nothing : this.one(heat)} ${this.list(heat)}</section></div>`;
   }
 
-  private drawn(heat: StallsUse, shown: Features): TemplateResult | typeof nothing {
-    const origin = originOf(shown.features);
-    if (origin === null) return nothing;
-    const ground = groundOf(shown.features, origin);
-    return html`<archive-plan .ground=${ground} .shades=${byHeat(ground, heat)} .label=${say("archive-heat")} .chosen=${this.place.stall}
-      @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></archive-plan>`;
+  private list(heat: StallsUse): TemplateResult {
+    return html`<table class="rows">
+      <thead><tr><th scope="col">${say("archive-stall")}</th><th scope="col">${say("archive-taken")}</th></tr></thead>
+      <tbody>${heat.ids.map(
+        (id, k) => html`<tr class=${id === this.place.stall ? "on" : ""}><th scope="row"><button class="plain link" aria-pressed=${id === this.place.stall} @click=${() => this.go({ stall: id })}>${heat.labels[k]}</button></th><td>${share(estimate(heat, k))}</td></tr>`,
+      )}</tbody></table>`;
+  }
+
+  private known(heat: StallsUse): string {
+    const found = estimate(heat, heat.ids.indexOf(this.place.stall));
+    return `${say("archive-stall-share", { surveys: found.surveys })} ${share(found)}`;
   }
 
   private one(heat: StallsUse): TemplateResult {
-    const at = heat.ids.indexOf(this.place.stall);
     const { value, problem } = this.looks;
-    const found = { value: heat.share[at] ?? null, low: heat.low[at] ?? null, high: heat.high[at] ?? null, surveys: heat.surveys[at] ?? 0 };
-    return html`<section class="card" aria-live="polite"><h2>${say("archive-stall-of", { label: heat.labels[at] ?? value?.[0]?.label ?? "" })}</h2>
-      <p>${say("archive-stall-share", { surveys: found.surveys })} ${share(found)}</p>
+    const label = heat.labels[heat.ids.indexOf(this.place.stall)] ?? value?.[0]?.label ?? "";
+    return html`<section aria-live="polite"><h2>${say("archive-stall-of", { label })}</h2>
+      <p>${this.known(heat)}</p>
       ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
       <ol class="looks">${(value ?? []).map(
         (look) => html`<li><i class="key ${look.state}"></i>${moment(look.observed, this.listed.value?.clock)} · ${say(stateKey(look.state))} · ${say("archive-chance-taken", { value: number(100 * look.taken_probability) })}</li>`,
@@ -68,16 +70,30 @@ function stateKey(state: string): "archive-state-free" | "archive-state-taken" |
   return state === "free" ? "archive-state-free" : state === "taken" ? "archive-state-taken" : "archive-state-unknown";
 }
 
-/** Stalls by the class of their share. */
-export function byHeat(ground: Ground, heat: StallsUse): Shade[] {
+function estimate(heat: StallsUse, at: number): { value: number | null; low: number | null; high: number | null; surveys: number } {
+  return { value: heat.share[at] ?? null, low: heat.low[at] ?? null, high: heat.high[at] ?? null, surveys: heat.surveys[at] ?? 0 };
+}
+
+/** A survey whose stalls are coloured by the share of surveys that found them taken; unclear where none saw it. */
+export function byShare(shown: SurveyOnMap, heat: StallsUse): SurveyOnMap {
   const shares = new Map(heat.ids.map((id, k) => [id, heat.share[k] ?? null]));
-  return [-1, 0, 1, 2, 3, 4].map((step) => ({
-    name: step < 0 ? "unknown" : `heat${step}`,
-    stalls: ground.stalls.filter(({ id }) => heatClass(shares.get(id) ?? null) === step),
-  }));
+  const stalls = shown.stalls.map((stall, k) => {
+    const value = shares.get(shown.ids[k] ?? "") ?? null;
+    return value === null ? { ...stall, state: "unknown" as const } : { ...stall, state: "free" as const, heat: heatClass(value) };
+  });
+  return { ...shown, stalls };
+}
+
+/** The same answer for the same values: the map is not drawn again then. */
+function kept<One, Other, Made>(make: (one: One, other: Other) => Made): (one: One, other: Other) => Made {
+  let last: { one: One; other: Other; made: Made } | null = null;
+  return (one, other) => {
+    if (last?.one !== one || last.other !== other) last = { one, other, made: make(one, other) };
+    return last.made;
+  };
 }
 
 function legend(): TemplateResult {
-  const steps = [0, 1, 2, 3, 4].map((step) => html`<span><i class="key heat${step}"></i>${say("archive-from-to-percent", { low: 20 * step, high: 20 * step + 20 })}</span>`);
-  return html`<p class="legend">${steps}<span><i class="key unknown"></i>${say("archive-unseen")}</span></p>`;
+  const steps = HEAT.map((fill) => html`<i class="key heat" ${cssVars({ "--heat": css({ ...fill, alpha: 1 }) })}></i>`);
+  return html`<span class="steps">${steps}</span><span>${say("ask-scale")}</span><i class="key unknown"></i><span>${say("archive-unseen")}</span>`;
 }

@@ -53,6 +53,10 @@ export class SurveyMap extends LitElement {
   @property() label = "";
   /** Another one where the theme is another one. */
   @property() theme = "";
+  /** What is known of the chosen stall, in place of how sure its state is. */
+  @property() known = "";
+  /** What the colours mean, in place of the states. */
+  @property({ attribute: false }) legend: TemplateResult | null = null;
   @state() private metres = "";
   private panes: MapPane[] = [];
 
@@ -84,7 +88,7 @@ export class SurveyMap extends LitElement {
         <div class="group">${this.tool(say("zoom-in"), "plus", () => this.panes[0]?.map.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.panes[0]?.map.zoom(1 / ZOOM))}</div>
         <div class="group">${this.tool(say("whole-lot"), "whole", () => this.showWhole())}</div>
       </div>
-      <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${(["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
+      <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
       ${shown.some((stall) => stall !== undefined) ? this.card(shown) : nothing}
     </section>`;
   }
@@ -122,7 +126,7 @@ export class SurveyMap extends LitElement {
         <div>
           ${index === 0 ? html`<div class="h">${say("archive-stall-of", { label })}</div>` : nothing}
           ${this.isPair ? html`<div class="sub">${say(index === 0 ? "archive-before" : "archive-after")}</div>` : nothing}
-          ${stall ? html`<div class="kind">${swatch(stall.state)} ${capital(likelihood(stall))}</div><div class="sub">${stall.taken === null ? "" : say("archive-chance-taken", { value: number(100 * stall.taken) })}</div>` : html`<div class="kind">${say("compare-not-there")}</div>`}
+          ${stall && this.known !== "" ? html`<div class="sub">${this.known}</div>` : stall ? html`<div class="kind">${swatch(stall.state)} ${capital(likelihood(stall))}</div><div class="sub">${stall.taken === null ? "" : say("archive-chance-taken", { value: number(100 * stall.taken) })}</div>` : html`<div class="kind">${say("compare-not-there")}</div>`}
         </div>`,
       )}
     </div>`;
