@@ -47,7 +47,7 @@ def reading_order(label: str) -> tuple[int, str, int, str]:
     return len(row), row, number, label
 
 
-class Labelled(Protocol):
+class HasLabel(Protocol):
     """Something with a label."""
 
     @property
@@ -55,7 +55,7 @@ class Labelled(Protocol):
         """As it is painted, or our guess."""
 
 
-L = TypeVar("L", bound=Labelled)
+L = TypeVar("L", bound=HasLabel)
 
 
 def in_order(labelled: Iterable[L]) -> list[L]:

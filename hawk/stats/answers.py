@@ -20,7 +20,7 @@ class SurveyUse(CountedSurvey):
     left_out_code: Literal["", "unregistered", "no_time", "no_looks"]
 
 
-class SurveyBeside(Shown):
+class NextSurvey(Shown):
     """A survey next to those of an answer."""
 
     id: Id
@@ -28,15 +28,15 @@ class SurveyBeside(Shown):
 
 
 class SurveysUse(Shown):
-    """Surveys of a lot in a period, the newest first. `earlier`, `later`: the surveys next to these."""
+    """Surveys of a lot in a period, the newest first. `before`, `after`: the surveys next to these."""
 
     lot: Id
     name: str
     clock: str
     interval: Share
     surveys: list[SurveyUse]
-    earlier: SurveyBeside | None
-    later: SurveyBeside | None
+    before: NextSurvey | None
+    after: NextSurvey | None
 
 
 class StallsUse(Shown):

@@ -45,19 +45,19 @@ _STATE: Final[Mapping[int, State]] = {FREE: "free", TAKEN: "taken", UNSEEN: "unk
 @dataclass(frozen=True, slots=True)
 class StateChange:
     """A stall whose state changed. `chance`: probability that both states are right; null where one is unclear.
-    `earlier`: the stall of the survey before, another one where the plan's was drawn again.
+    `former`: the stall of the survey before, another one where the plan's was drawn again.
     """
 
     id: Id
     label: str
-    earlier: Id
+    former: Id
     before: State
     after: State
     chance: Annotated[Figure, Field(ge=0, le=1)] | None
 
 
 @dataclass(frozen=True, slots=True)
-class LoneStall:
+class StallLabel:
     """A stall that the layout of one of two surveys alone has."""
 
     id: Id
@@ -66,8 +66,8 @@ class LoneStall:
 
 class Changed(Shown):
     """Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `free`:
-    by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `redrawn`: stalls
-    that were drawn again, compared by their ground; `new` and `gone` are not compared.
+    by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `matched`: stalls
+    that were drawn again, compared by their ground; `begin` and `gone` are not compared.
     """
 
     compared: Count
@@ -76,9 +76,9 @@ class Changed(Shown):
     came: Estimate
     left: Estimate
     stalls: tuple[StateChange, ...]
-    redrawn: Count
-    new: tuple[LoneStall, ...]
-    gone: tuple[LoneStall, ...]
+    matched: Count
+    begin: tuple[StallLabel, ...]
+    gone: tuple[StallLabel, ...]
 
 
 def changes_between(panel: Panel, before: int, after: int) -> Changed:
@@ -106,7 +106,7 @@ def changes_between(panel: Panel, before: int, after: int) -> Changed:
         stalls=tuple(found), compared=int(both.sum()), unknown=unknown, free=_more_free(first, then, one, other, both),
         came=_counted(both & (first == FREE) & (then == TAKEN), came, both, unknown, 2),
         left=_counted(both & (first == TAKEN) & (then == FREE), left, both, unknown, 2),
-        redrawn=len(again), new=_lone(panel, new, again.values()), gone=_lone(panel, gone, again),
+        matched=len(again), begin=_lone(panel, new, again.values()), gone=_lone(panel, gone, again),
     )  # fmt: skip
 
 
@@ -124,8 +124,8 @@ def _drawn_again(panel: Panel, gone: Ints, new: Ints) -> dict[int, int]:
     return found
 
 
-def _lone(panel: Panel, stalls: Ints, compared: Collection[int]) -> tuple[LoneStall, ...]:
-    return tuple(LoneStall(panel.stalls[k].id, panel.stalls[k].label) for k in stalls.tolist() if k not in compared)
+def _lone(panel: Panel, stalls: Ints, compared: Collection[int]) -> tuple[StallLabel, ...]:
+    return tuple(StallLabel(panel.stalls[k].id, panel.stalls[k].label) for k in stalls.tolist() if k not in compared)
 
 
 def _more_free(first: States, then: States, one: Floats32, other: Floats32, both: Bools) -> Estimate:

@@ -14,7 +14,7 @@ from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
-from hawk.stats.answers import StallsUse, SurveyBeside, SurveysUse, SurveyUse
+from hawk.stats.answers import NextSurvey, StallsUse, SurveysUse, SurveyUse
 from hawk.stats.changes import Changed, changes_between
 from hawk.stats.counts import count
 from hawk.stats.figures import Figures, figures
@@ -99,8 +99,8 @@ def surveys_use(
     return SurveysUse(
         lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
         surveys=readable(use, zip(rows, counts_of(connection, rows), strict=True)),
-        earlier=_beside(connection, lot, period, rows, is_earlier=True),
-        later=_beside(connection, lot, period, rows, is_earlier=False),
+        before=_beside(connection, lot, period, rows, is_earlier=True),
+        after=_beside(connection, lot, period, rows, is_earlier=False),
     )  # fmt: skip
 
 
@@ -124,7 +124,7 @@ def _chosen(
 
 def _beside(
     connection: Connection, lot: str, period: Period, rows: Sequence[RowMapping], *, is_earlier: bool
-) -> SurveyBeside | None:  # fmt: skip
+) -> NextSurvey | None:  # fmt: skip
     """Return the survey next to those in ``rows``, or to the period where there are none; of one moment by number."""
     place = (_MOMENT, SURVEY.c.seq)
     order = [each.desc() if is_earlier else each for each in place]
@@ -141,7 +141,7 @@ def _beside(
         is_beside = at > _MOMENT if is_earlier else at <= _MOMENT
     asked = select(SURVEY.c.id, SURVEY.c.ended).where(SURVEY.c.lot == lot, is_beside).order_by(*order).limit(1)
     row = connection.execute(asked).first()
-    return None if row is None else SurveyBeside(id=row.id, ended=moment(row.ended))
+    return None if row is None else NextSurvey(id=row.id, ended=moment(row.ended))
 
 
 def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:

@@ -42,8 +42,8 @@ def test_a_stall_that_became_unclear_is_a_change_and_no_figure_counts_it() -> No
 def test_stalls_that_one_survey_alone_has_are_named_not_left_out_in_silence() -> None:
     three = placed(panel([at(8), at(9)], [[FREE] * 3] * 2), [0, 10, 20], [[True, True, False], [True, False, True]])
     found = changes_between(three, 0, 1)
-    assert ([each.label for each in found.gone], [each.label for each in found.new]) == (["A 2"], ["A 3"])
-    assert (found.compared, found.redrawn, found.free.value) == (1, 0, 0.0)
+    assert ([each.label for each in found.gone], [each.label for each in found.begin]) == (["A 2"], ["A 3"])
+    assert (found.compared, found.matched, found.free.value) == (1, 0, 0.0)
 
 
 def test_a_row_that_was_drawn_again_is_compared_by_its_ground() -> None:
@@ -51,6 +51,6 @@ def test_a_row_that_was_drawn_again_is_compared_by_its_ground() -> None:
     there = [[True, True, False, False], [False, False, True, True]]
     four = placed(panel([at(8), at(9)], states), [0, 2.5, 0.4, 2.9], there)
     found = changes_between(four, 0, 1)
-    assert (found.compared, found.redrawn, found.new, found.gone, found.free.value) == (2, 2, (), (), 1.0)
+    assert (found.compared, found.matched, found.begin, found.gone, found.free.value) == (2, 2, (), (), 1.0)
     (changed,) = found.stalls
-    assert (changed.label, changed.id, changed.earlier) == ("A 3", four.stalls[2].id, four.stalls[0].id)
+    assert (changed.label, changed.id, changed.former) == ("A 3", four.stalls[2].id, four.stalls[0].id)

@@ -207,7 +207,7 @@ def test_changes_between_two_surveys_name_the_stalls(store: Database) -> None:
     assert [(each.label, each.before, each.after) for each in found.stalls] == states
     assert found.stalls[2].chance is None
     assert (found.compared, found.unknown, found.came.value, found.left.value) == (19, 1, 1.0, 1.0)
-    assert (found.free.value, found.redrawn, found.new, found.gone) == (0.0, 0, (), ())
+    assert (found.free.value, found.matched, found.begin, found.gone) == (0.0, 0, (), ())
     assert found.free.low is not None
     assert found.free.high is not None
     assert found.free.low < 0 < found.free.high

@@ -108,4 +108,4 @@ def flown_on(day: int) -> FinishedSurvey:
 
 def beside(use: SurveysUse) -> tuple[str | None, str | None]:
     """Return the ids of the surveys beside those of an answer."""
-    return (None if use.earlier is None else use.earlier.id), (None if use.later is None else use.later.id)
+    return (None if use.before is None else use.before.id), (None if use.after is None else use.after.id)

@@ -119,7 +119,7 @@ export interface ChangeList {
   items: Change[];
 }
 
-/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `free`: by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `redrawn`: stalls that were drawn again, compared by their ground; `new` and `gone` are not compared. */
+/** Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `free`: by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `matched`: stalls that were drawn again, compared by their ground; `begin` and `gone` are not compared. */
 export interface Changed {
   compared: number;
   unknown: number;
@@ -127,9 +127,9 @@ export interface Changed {
   came: Estimate;
   left: Estimate;
   stalls: StateChange[];
-  redrawn: number;
-  new: LoneStall[];
-  gone: LoneStall[];
+  matched: number;
+  begin: StallLabel[];
+  gone: StallLabel[];
 }
 
 /** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
@@ -420,12 +420,6 @@ export interface ListedStall {
   survey: string | null;
 }
 
-/** A stall that the layout of one of two surveys alone has. */
-export interface LoneStall {
-  id: string;
-  label: string;
-}
-
 /** A lot. `datum`: origin of its frame, north up. `revision` rises with every change of its plan. */
 export interface Lot {
   id: string;
@@ -451,6 +445,12 @@ export interface LotList {
 export interface MissedStall {
   id: string;
   label: string;
+}
+
+/** A survey next to those of an answer. */
+export interface NextSurvey {
+  id: string;
+  ended: string;
 }
 
 /** Look of a survey at a stall. `picture_count`: pictures behind it. */
@@ -717,6 +717,12 @@ export interface Stall {
   ends: number | null;
 }
 
+/** A stall that the layout of one of two surveys alone has. */
+export interface StallLabel {
+  id: string;
+  label: string;
+}
+
 /** Part of the list of stalls. */
 export interface StallList {
   next: string | null;
@@ -736,11 +742,11 @@ export interface StallsUse {
   high: (number | null)[];
 }
 
-/** A stall whose state changed. `chance`: probability that both states are right; null where one is unclear. `earlier`: the stall of the survey before, another one where the plan's was drawn again. */
+/** A stall whose state changed. `chance`: probability that both states are right; null where one is unclear. `former`: the stall of the survey before, another one where the plan's was drawn again. */
 export interface StateChange {
   id: string;
   label: string;
-  earlier: string;
+  former: string;
   before: "free" | "taken" | "unknown";
   after: "free" | "taken" | "unknown";
   chance: number | null;
@@ -805,12 +811,6 @@ export interface Survey {
   doubt: Doubt | null;
   time_is_sure: boolean;
   candidates: string[];
-}
-
-/** A survey next to those of an answer. */
-export interface SurveyBeside {
-  id: string;
-  ended: string;
 }
 
 /** A lot or a stall; a stall that is not registered has the number that its survey gave it for an id. */
@@ -888,15 +888,15 @@ export interface SurveyUse {
   left_out_code: "" | "unregistered" | "no_time" | "no_looks";
 }
 
-/** Surveys of a lot in a period, the newest first. `earlier`, `later`: the surveys next to these. */
+/** Surveys of a lot in a period, the newest first. `before`, `after`: the surveys next to these. */
 export interface SurveysUse {
   lot: string;
   name: string;
   clock: string;
   interval: number;
   surveys: SurveyUse[];
-  earlier: SurveyBeside | null;
-  later: SurveyBeside | null;
+  before: NextSurvey | null;
+  after: NextSurvey | null;
 }
 
 /** A link that opens nothing from now on. */

@@ -39,10 +39,10 @@ function stall(id: string, label: string, east: number, state: string): Feature 
 }
 
 const BETWEEN: Changed = {
-  compared: 2, unknown: 1, redrawn: 0, gone: [],
-  new: [{ id: ONE, label: "D 23" }],
+  compared: 2, unknown: 1, matched: 0, gone: [],
+  begin: [{ id: ONE, label: "D 23" }],
   free: { value: -1, low: -1.4, high: -0.6, surveys: 2 }, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 },
-  stalls: [{ id: STALL, label: "A 1", earlier: ONE, before: "free", after: "taken", chance: 0.98 }, { id: TWO, label: "A 2", earlier: TWO, before: "taken", after: "unknown", chance: null }],
+  stalls: [{ id: STALL, label: "A 1", former: ONE, before: "free", after: "taken", chance: 0.98 }, { id: TWO, label: "A 2", former: TWO, before: "taken", after: "unknown", chance: null }],
 };
 const FEATURES = {
   hawk: { lot: "North", survey_ended_utc: "", registered: true, position_uncertainty_m: null, software: "" },
@@ -179,7 +179,7 @@ describe("lots over time", () => {
     asked = [];
     hash = "";
     answers = {
-      "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", interval: 0.9, earlier: null, later: null, surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
+      "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", interval: 0.9, before: null, after: null, surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
       "/stalls": FEATURES,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/changes": { next: null, items: [] },
@@ -381,7 +381,7 @@ describe("lots over time", () => {
   });
 
   it("go from survey to survey by arrows, beyond the days that are shown", async () => {
-    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")], earlier: { id: STALL, ended: "2026-04-01T10:00:00Z" }, later: null };
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")], before: { id: STALL, ended: "2026-04-01T10:00:00Z" }, after: null };
     await open(`#/lots/${LOT}/${TWO}`);
     const key = async (name: string): Promise<void> => {
       archive.querySelector(".tick.on")?.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
@@ -525,7 +525,7 @@ describe("the change of free stalls in words", () => {
 
   it("names some stalls that are not compared, and counts the rest", () => {
     const gone = Array.from({ length: 8 }, (_, index) => ({ id: ONE, label: `B ${index + 1}` }));
-    assert.deepEqual(notCompared({ ...BETWEEN, unknown: 0, new: [], gone, redrawn: 2 }), [
+    assert.deepEqual(notCompared({ ...BETWEEN, unknown: 0, begin: [], gone, matched: 2 }), [
       "B 1, B 2, B 3, B 4, B 5, B 6 and 2 others are gone since: not compared.",
       "2 stalls were drawn again in the plan: compared by their ground.",
     ]);

@@ -97,7 +97,7 @@ export class CompareView extends View {
     const changed = this.found.value;
     if (this.shownOf.changed !== changed) {
       const stalls = changed?.stalls ?? [];
-      this.shownOf = { changed, marked: new Set(stalls.flatMap(({ id, earlier }) => [id, earlier])), earlier: new Map(stalls.map(({ id, earlier }) => [id, earlier])) };
+      this.shownOf = { changed, marked: new Set(stalls.flatMap(({ id, former }) => [id, former])), earlier: new Map(stalls.map(({ id, former }) => [id, former])) };
     }
     return this.shownOf;
   }

@@ -1,4 +1,4 @@
-import type { Changed, Estimate, LoneStall, StateChange } from "../api.ts";
+import type { Changed, Estimate, StallLabel, StateChange } from "../api.ts";
 import { partsOf } from "../plan/values.ts";
 import { number, say } from "../words/say.ts";
 
@@ -28,16 +28,16 @@ export function became(stalls: readonly StateChange[]): string {
 }
 
 /** What could not be compared, and what is compared though its plan was drawn again: a sentence each. */
-export function notCompared({ unknown, redrawn, new: added, gone }: Changed): string[] {
+export function notCompared({ unknown, matched, begin, gone }: Changed): string[] {
   return [
     ...(unknown === 0 ? [] : [say("compare-unclear", { count: unknown })]),
-    ...lone("compare-new", added),
+    ...lone("compare-new", begin),
     ...lone("compare-gone", gone),
-    ...(redrawn === 0 ? [] : [say("compare-redrawn", { count: redrawn })]),
+    ...(matched === 0 ? [] : [say("compare-redrawn", { count: matched })]),
   ];
 }
 
-function lone(key: "compare-new" | "compare-gone", stalls: readonly LoneStall[]): string[] {
+function lone(key: "compare-new" | "compare-gone", stalls: readonly StallLabel[]): string[] {
   if (stalls.length === 0) return [];
   const labels = stalls.slice(0, NAMED).map(({ label }) => label).join(", ");
   return [say(key, { count: stalls.length, labels, rest: Math.max(0, stalls.length - NAMED) })];

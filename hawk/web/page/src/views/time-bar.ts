@@ -261,8 +261,8 @@ export class TimeBar extends LitElement {
     const all = (this.listed.value?.surveys ?? []).toSorted((one, other) => Date.parse(one.ended) - Date.parse(other.ended));
     const at = all.findIndex(({ id }) => id === this.followed);
     if (at >= 0 && all[at + step]) return all[at + step]?.id;
-    const { earlier, later } = (at >= 0 ? this.listed.value : this.about.value) ?? {};
-    return (step > 0 ? later : earlier)?.id;
+    const { before, after } = (at >= 0 ? this.listed.value : this.about.value) ?? {};
+    return (step > 0 ? after : before)?.id;
   }
 
   private pick(survey: string): void {
