@@ -368,7 +368,7 @@ describe("lots over time", () => {
   });
 
   it("play the recording of a survey, where there is one", async () => {
-    answers["/recordings"] = { next: null, items: [{ name: "20260504T115000Z.mcap", bytes: 1, began: "2026-05-04T11:50:00Z", seconds: 900, survey: null, lot: { id: LOT, name: "North" }, keep: false, under_way: false }] };
+    answers["/recordings"] = { next: null, items: [{ name: "20260504T115000Z.mcap", bytes: 1, began: "2026-05-04T11:50:00Z", seconds: 900, survey: null, lot: { id: LOT, name: "North", survey: TWO }, keep: false, under_way: false }] };
     await open(`#/lots/${LOT}/${ONE}`);
     const play = (): HTMLButtonElement => [...archive.querySelectorAll<HTMLButtonElement>(".steps button")].find((each) => each.ariaLabel === "Play the flight" || each.getAttribute("aria-label") === "Play the flight")!;
     assert.equal(play().disabled, true, "it was not recorded");
@@ -377,7 +377,7 @@ describe("lots over time", () => {
     assert.equal(play().disabled, false);
     archive.querySelector(".tick.on")?.dispatchEvent(new KeyboardEvent("keydown", { key: "Enter", bubbles: true, cancelable: true }));
     await drawn();
-    assert.match(hash, new RegExp(`^#/recordings/${LOT}`));
+    assert.match(hash, new RegExp(`^#/recordings/${LOT}/20260504T115000Z.mcap$`));
   });
 
   it("go from survey to survey by arrows, beyond the days that are shown", async () => {
