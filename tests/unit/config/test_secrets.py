@@ -276,7 +276,9 @@ async def test_no_route_shows_a_secret_to_any_role_and_strangers_get_no_setting(
 async def test_a_recording_holds_no_secret(tmp_path: Path) -> None:
     values = given(tmp_path)
     values["store"]["minimum_free_mb"] = 1
-    recording = make_recording(Config.model_validate(values), ManualClock(10.0), 1.0, None, lambda: "000001-x", lambda _: None)
+    recording = make_recording(
+        Config.model_validate(values), ManualClock(10.0), 1.0, None, lambda: "000001-x", lambda _: None
+    )
     recording.begin()
     recording.record("state", {"now": 10.0})
     await recording.close()
