@@ -75,6 +75,9 @@ class CountedSurvey(Sourced):
     free: Count
     taken: Count
     unknown: Count
+    found: Annotated[
+        int, Field(ge=0, description="stalls on the flight's own map, those that no layout has among them")
+    ]
     blurred: Annotated[int | None, Field(ge=0, description=BLURRED)]
     simulated: bool
     program: Annotated[str, Field(description="version of hawk-drone that flew it")]

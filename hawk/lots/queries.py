@@ -150,6 +150,7 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
+    shown["found"] = row["free"] + row["taken"] + row["unknown"]
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)

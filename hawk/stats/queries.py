@@ -92,7 +92,8 @@ def surveys_use(
         row, counts = pair
         return SurveyUse(
             **{name: row[name] for name in _SHOWN} | counts | source_json(row),
-            began=moment(row["began"]), ended=moment(row["ended"]), occupancy=shares.get(row["id"], NOTHING),
+            found=row["free"] + row["taken"] + row["unknown"], began=moment(row["began"]), ended=moment(row["ended"]),
+            occupancy=shares.get(row["id"], NOTHING),
             left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
         )  # fmt: skip
 

@@ -799,6 +799,7 @@ export interface Survey {
   free: number;
   taken: number;
   unknown: number;
+  found: number;
   blurred: number | null;
   simulated: boolean;
   program: string;
@@ -877,6 +878,7 @@ export interface SurveyUse {
   free: number;
   taken: number;
   unknown: number;
+  found: number;
   blurred: number | null;
   simulated: boolean;
   program: string;

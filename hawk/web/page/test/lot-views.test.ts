@@ -29,7 +29,7 @@ const NONE = { value: null, low: null, high: null, surveys: 0 };
 const HALF = { value: 0.5, low: 0.4, high: 0.6, surveys: 1 };
 
 function survey(id: string, ended: string, more: Partial<SurveyUse> = {}): SurveyUse {
-  return { id, kind: "flown", layout: 1, accuracy: null, left_out: "", placed: "registered", free: 1, taken: 1, unknown: 0, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
+  return { id, kind: "flown", layout: 1, accuracy: null, left_out: "", placed: "registered", free: 1, taken: 1, unknown: 0, found: 2, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
 }
 
 /** A stall of some metres at metres east of a place. */
@@ -249,6 +249,12 @@ describe("lots over time", () => {
     assert.deepEqual(named, ["Free", "Taken", "Unclear", "Occupancy"], "on a phone each value says its column");
     assert.match(rows[0]!, /50\.0 % \(40\.0 to 60\.0 %\)/);
     assert.match(rows[1]!, /–Its place on the lot is not certain/);
+  });
+
+  it("say how many stalls the flight found where the plan has others", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z", { found: 5 })] };
+    await open(`#/lots/${LOT}/${TWO}`);
+    assert.match(words(archive), /The flight itself found 5 stalls\. Counts are of the 2 of the lot's plan\./);
   });
 
   it("show one survey with a warning where no figure uses it, delete it, and undo that", async () => {

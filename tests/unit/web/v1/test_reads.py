@@ -86,6 +86,9 @@ async def test_a_layout_has_its_stalls_as_they_were(archive: Archive) -> None:
     assert [each["kind"] for each in now if each["id"] == ids[5]] == ["disabled"]
     gone = await archive.shown(f"/stalls/{ids[0]}", lots.Stall)
     assert (gone["begins"], gone["ends"]) == (1, 2)
+    third = await archive.shown(f"/surveys/{archive.surveys[2]}", lots.Survey)
+    counts = await archive.shown(f"{path}/statistics/surveys?survey={archive.surveys[2]}", uses.SurveysUse)
+    assert third["found"] == counts["surveys"][0]["found"] == 40, "a plan that was corrected changes no flight"
 
 
 async def test_zones_are_listed_with_their_ground(archive: Archive) -> None:

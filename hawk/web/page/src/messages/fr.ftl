@@ -1340,6 +1340,7 @@ change-undone = annulé
 change-undo = Annuler : { $change }, { $when }
 archive-delete-survey-surely = Supprimer ce relevé
 archive-list = Liste des relevés
+survey-found = Le vol lui-même a trouvé { $found } places. Les comptes portent sur les { $stalls } du plan.
 archive-free-of = libres sur { $stalls } places
 archive-no-picture = L'image de ce relevé n'est pas gardée.
 archive-row = Rangée

@@ -864,6 +864,7 @@ export interface Messages {
   "change-undo": { change: string | number; when: string | number };
   "archive-delete-survey-surely": Record<string, never>;
   "archive-list": Record<string, never>;
+  "survey-found": { found: string | number; stalls: string | number };
   "archive-free-of": { stalls: string | number };
   "archive-no-picture": Record<string, never>;
   "archive-row": Record<string, never>;

@@ -92,11 +92,13 @@ export class SurveysView extends View {
   private one(row: SurveyUse): TemplateResult {
     const { value, problem } = this.shown;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
+    const stalls = row.free + row.taken + row.unknown;
     const title = say("archive-survey-of", { when: moment(row.ended, this.about.value?.clock) });
     return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
       <section class="card about" aria-label=${title}>
         <h2>${title}</h2>
-        <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls: row.free + row.taken + row.unknown })}</p>
+        <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls })}</p>
+        ${row.found === stalls ? nothing : html`<p class="sub">${say("survey-found", { found: row.found, stalls })}</p>`}
         <p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
         ${value === null ? nothing : rows(value)}
