@@ -274,6 +274,32 @@ async def test_how_full_a_row_is_on_mornings_is_asked_by_words_by_mouse_and_by_k
     assert not errors
 
 
+async def test_the_plan_is_corrected_on_the_map_of_a_survey(
+    browser: Browser, address: str, screenshots: Path
+) -> None:
+    page, errors = await opened(browser, f"{address}#/lots")
+    before = await Store(address).stalls()
+    await press(page, "Edit plan")
+    await shows(page, "Nobody edits")
+    where = await page.evaluate(
+        """() => { const { panes: [pane] } = document.querySelector('hawk-survey-map');
+        const stall = pane.source.stalls.find(({ label }) => label === 'A 3');
+        const { left, top } = document.querySelector('hawk-survey-map .ol').getBoundingClientRect();
+        const [x, y] = pane.map.pixelOf({ North: stall.north, East: stall.east });
+        return [left + x, top + y]; }"""
+    )
+    await page.mouse.click(*where)
+    await expect(page.locator("hawk-plan-chosen")).to_contain_text("A 3")
+    await page.keyboard.press("Delete")
+    await done(page)
+    await page.screenshot(path=screenshots / "plan-on-a-survey.png")
+    assert set(before) - set(await Store(address).stalls()) == {"A 3"}
+    await press(page, "Close the edit")
+    await expect(page.locator(".about")).to_contain_text(f"of {len(before)} stalls")  # of the layout of its time
+    await expect(page.locator("hawk-changes")).to_contain_text("Plan")
+    assert errors == []
+
+
 async def test_the_question_asked_is_the_report_printed(browser: Browser, address: str, screenshots: Path) -> None:
     page, errors = await opened(browser, f"{address}#/report?part=row.A&days=mon-fri&hours=11-15")
     await page.get_by_role("button", name="The report: print it or download it").click()

@@ -222,6 +222,18 @@ def simulated(
     }
 
 
+ASKED: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
+    "LOT": ((), EMPTY),
+    "--from": ((), (*EMPTY, "yesterday", "2026-13-01")),
+    "--to": ((), (*EMPTY, "yesterday", "2026-05-04T25:00")),
+    "--time-zone": ((), (*EMPTY, "Mars/North", "../x")),
+    "--weekday": ((), (*EMPTY, "noday", "mon-", "mon,,fri")),
+    "--hour": ((), (*EMPTY, "25", "7-", "seven", "-1")),
+    "--row": ((), EMPTY),
+    "--zone": ((), EMPTY),
+    "--kind": ((), EMPTY),
+}
+"""Of a question about a lot: its period, parts and hours."""
 OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
     "run": {
         **STORE,
@@ -322,18 +334,13 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--to": ((), (*EMPTY, "yesterday")),
         "--time-zone": ((), (*EMPTY, "Mars/North")),
     },
-    "stats": {
+    "stats": {**STORE, **ASKED, "--by": ((), ("", "week"))},
+    "report": {
         **STORE,
-        "LOT": ((), EMPTY),
-        "--from": ((), (*EMPTY, "yesterday", "2026-13-01")),
-        "--to": ((), (*EMPTY, "yesterday", "2026-05-04T25:00")),
-        "--by": ((), ("", "week")),
-        "--time-zone": ((), (*EMPTY, "Mars/North", "../x")),
-        "--weekday": ((), (*EMPTY, "noday", "mon-", "mon,,fri")),
-        "--hour": ((), (*EMPTY, "25", "7-", "seven", "-1")),
-        "--row": ((), EMPTY),
-        "--zone": ((), EMPTY),
-        "--kind": ((), EMPTY),
+        **ASKED,
+        "--out": ((), (*EMPTY, "report.doc")),
+        "--language": ((), ("", "de")),
+        "--paper": ((), ("", "a5")),
     },
     "import-plan": {
         **STORE,
@@ -386,6 +393,7 @@ POSITIONS: dict[str, Callable[[str, str], list[str]]] = {
     "verify": lambda name, value: [value] if name == "FILE" else [],
     "export": lambda name, value: [value if name == "LOT" else "Lot 1", "--training", "out"],
     "stats": lambda name, value: [value if name == "LOT" else "Lot 1"],
+    "report": lambda name, value: [value if name == "LOT" else "Lot 1", "--out", "report.html"],
     "import-plan": lambda name, value: [value if name == "FILE" else __file__, "--lot", "Lot 1"],
     "tokens": lambda name, value: [value, "operator"] if name == "work" else ["rotate", value],
 }

@@ -104,5 +104,5 @@ def test_options_that_commands_have_alike_are_described_once() -> None:
     page = WRITTEN[Path("docs/command-line.md")]
     assert page.count("Settings (TOML); without it every default.") == 1
     (survey,) = re.findall(r"^### hawk-drone survey\n(.*?)^### ", page, re.MULTILINE | re.DOTALL)
-    assert "All of `hawk-drone run` but `--again`." in survey
+    assert "All of `hawk-drone run` but `--host HOST`, `--port PORT`" in survey
     assert "As in `hawk-drone run`: `--config FILE`" in page

@@ -24,6 +24,10 @@ export class PlanOnMap {
   frame: LotFrame = { toMap: NO_SHIFT, by: "own" };
   private readonly lot: LotMap;
   private readonly model: Operator;
+  /** Where the map lies on Earth. */
+  private readonly planeOf: () => LocalPlane | null;
+  /** The map is of a flight, whose survey was placed by the stalls; else it is of a stored survey, which lies where the lot's datum says. */
+  private readonly isFlown: boolean;
   private editor: PlanEditor | null = null;
   private forget: (() => void) | null = null;
   private plane: LocalPlane | null = null;
@@ -31,26 +35,29 @@ export class PlanOnMap {
   private chosen = new Set<string>();
   private sketched = "";
 
-  constructor(lot: LotMap, model: Operator) {
+  constructor(lot: LotMap, model: Operator, planeOf: () => LocalPlane | null, isFlown: boolean) {
     this.lot = lot;
     this.model = model;
+    this.planeOf = planeOf;
+    this.isFlown = isFlown;
   }
 
   private get editing(): PlanEditing {
     return this.model.plan;
   }
 
-  /** Opens, closes and fills the editor as the model says. */
-  update(): void {
-    const { open, lot } = this.editing;
+  /** Opens, closes and fills the editor as the model says, on the map that is seen. */
+  update(isSeen: boolean): void {
+    const { lot } = this.editing;
+    const open = this.editing.open && isSeen;
     if (open !== (this.editor !== null)) this.toggle(open);
     if (!this.editor || !lot) return;
-    const { plane } = this.model.flight;
+    const plane = this.planeOf();
     if (lot !== this.shownLot || plane !== this.plane) {
       const isOther = lot !== this.shownLot;
       this.shownLot = lot;
       this.plane = plane;
-      this.frame = lotFrame(lot.datum, lot.surveys, plane);
+      this.frame = lotFrame(lot.datum, this.isFlown ? lot.surveys : [], plane);
       this.redraw(null);
       if (isOther) this.bringInView();
     }

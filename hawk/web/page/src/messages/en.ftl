@@ -1364,6 +1364,9 @@ change-undone = undone
 change-undo = Undo: { $change }, { $when }
 archive-delete-survey-surely = Delete this survey
 archive-list = List of surveys
+edit-plan = Edit plan
+share-lot = Share
+export-survey = Export
 # The flight's own map shows other stalls than the lot's plan has.
 survey-found = The flight itself found { $found } stalls. Counts are of the { $stalls } of the lot's plan.
 archive-free-of = free of { $stalls } stalls

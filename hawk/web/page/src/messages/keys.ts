@@ -864,6 +864,9 @@ export interface Messages {
   "change-undo": { change: string | number; when: string | number };
   "archive-delete-survey-surely": Record<string, never>;
   "archive-list": Record<string, never>;
+  "edit-plan": Record<string, never>;
+  "share-lot": Record<string, never>;
+  "export-survey": Record<string, never>;
   "survey-found": { found: string | number; stalls: string | number };
   "archive-free-of": { stalls: string | number };
   "archive-no-picture": Record<string, never>;

@@ -127,7 +127,7 @@ export class App extends LitElement {
             ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
       ${isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
-      ${isAway ? html`<div class="view" role="main">${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view) }, language())}</div>` : nothing}
+      ${isAway ? html`<div class="view" role="main">${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
       ${isDesk ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
       ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>` : nothing}`;
   }
@@ -143,10 +143,10 @@ export class App extends LitElement {
     const main = [isAway ? "away" : "", this.swapped ? "swapped" : "", this.survey || model.plan.open ? "surveyed" : "", model.drawing ? "fencing" : ""].join(" ");
     return html`<main class=${main}>
         <h1 class="unseen">Parking Lot Hawk</h1>
-        <hawk-map .model=${model}></hawk-map>
+        <hawk-map .model=${model} .isAway=${isAway}></hawk-map>
         ${isAway ? nothing : html`<hawk-video .model=${model}></hawk-video>`}
         <aside class="side">
-          ${model.plan.open
+          ${model.plan.open && !isAway
             ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>`
             : this.survey
             ? html`<hawk-survey .model=${model}></hawk-survey>`
@@ -161,9 +161,9 @@ export class App extends LitElement {
   private desk(model: Operator, isAway: boolean): TemplateResult {
     return html`<main class="surveyed ${isAway ? "away" : ""}">
         <h1 class="unseen">Parking Lot Hawk</h1>
-        <hawk-map .model=${model}></hawk-map>
+        <hawk-map .model=${model} .isAway=${isAway}></hawk-map>
         <aside class="side">
-          ${model.plan.open ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}
+          ${model.plan.open && !isAway ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}
         </aside>
       </main>`;
   }

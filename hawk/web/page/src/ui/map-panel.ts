@@ -1,5 +1,5 @@
 import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
-import { customElement, query, state } from "lit/decorators.js";
+import { customElement, property, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
 import { dronePlace, shownChanges, shownFence, shownOutline } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
@@ -40,6 +40,8 @@ const CLOSING_PX = 16;
 /** The map with its tools, scale, legend, and what is said about places on it. */
 @customElement("hawk-map")
 export class MapPanel extends Part {
+  /** Another view is shown: it may have a map of its own. */
+  @property({ attribute: false }) isAway = false;
   @query(".ol") private holder!: HTMLDivElement;
   @state() private looking: Looking = "whole";
   @state() private selected: number | null = null;
@@ -60,7 +62,7 @@ export class MapPanel extends Part {
       looking: (looking) => (this.looking = looking),
     });
     this.fence = new FenceOnMap(this.lot, this.model);
-    this.plan = new PlanOnMap(this.lot, this.model);
+    this.plan = new PlanOnMap(this.lot, this.model, () => this.model.flight.plane, true);
     this.model.addEventListener("map", this.mapChanged);
     this.model.addEventListener("stall", this.stallWanted);
     new ResizeObserver(() => this.requestUpdate()).observe(this.holder);
@@ -86,7 +88,7 @@ export class MapPanel extends Part {
     const view = this.model.view();
     const fencing = this.model.drawing !== null;
     const measuring = this.model.measure.open;
-    const planning = this.model.plan.open;
+    const planning = this.model.plan.open && !this.isAway;
     return html`<section class="map ${this.model.picking ? "picking" : ""} ${measuring ? "picking measuring" : ""} ${fencing ? "picking fencing" : ""} ${planning ? this.planClass() : ""}" aria-label=${say("map")} @keydown=${this.planKey}>
       <div class="ol" tabindex="0" role="application" aria-label=${say("map-of-lot")} @keydown=${this.key}></div>
       ${planning ? html`<hawk-plan-tools .model=${this.model}></hawk-plan-tools>` : nothing} ${fencing ? this.fenceTools() : nothing} ${this.tools()} ${this.foot()} ${this.legend(view)} ${this.pill(view)} ${this.stallCard()} ${this.lastSeen(view)}
@@ -102,7 +104,7 @@ export class MapPanel extends Part {
     }
     const view = this.model.view();
     this.fence?.update();
-    this.plan?.update();
+    this.plan?.update(!this.isAway);
     const { layers } = this.model.preferences;
     this.lot?.showLayers(layers, this.model.flight.plane);
     const { measure, preferences } = this.model;

@@ -3,6 +3,7 @@ import { customElement, property, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
 import type { Place } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
+import type { Operator } from "../state/operator.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { say } from "../words/say.ts";
 import "./ask-view.ts";
@@ -21,6 +22,8 @@ export interface LotAccess {
   /** Token of a shared link; null with a login. */
   token: string | null;
   mayChange: boolean;
+  /** Whose plan editor is opened here; null for a link. */
+  operator: Operator | null;
 }
 
 /** What the page says, with what undoes it and its name. */
@@ -96,7 +99,7 @@ export class LotViews extends LitElement {
     if (place.view === "report") return html`<archive-ask .source=${source} .place=${place} .revision=${revision}></archive-ask>`;
     if (place.show === "stalls") return html`<archive-stalls .source=${source} .place=${place} .revision=${revision}></archive-stalls>`;
     if (place.show === "links" && !isShared) return html`<archive-links .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
-    return html`<archive-surveys .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange && !isShared}></archive-surveys>`;
+    return html`<archive-surveys .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange && !isShared} .operator=${this.access.operator}></archive-surveys>`;
   }
 
   /** The same for every view of a lot. */

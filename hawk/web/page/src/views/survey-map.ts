@@ -9,11 +9,17 @@ import { swatch } from "../ui/swatch.ts";
 import * as format from "../words/format.ts";
 import { capital, number, say } from "../words/say.ts";
 import { likelihood } from "../words/stall.ts";
+import type { Operator } from "../state/operator.ts";
+import { ALL_LAYERS } from "../state/preferences.ts";
+import { PlanOnMap } from "../map/plan-on-map.ts";
+import "../ui/plan-tools.ts";
+import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { MapPane } from "./map-pane.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import { swipeHandle } from "./swipe.ts";
 
 const ZOOM = 1.6;
+const NOBODY = new EventTarget();
 const LONGEST_BAR_PX = 120;
 const CARD = { width: 120, height: 192 };
 /** A side whose share of the map is less has no room for its card. */
@@ -57,8 +63,17 @@ export class SurveyMap extends LitElement {
   @property() known = "";
   /** What the colours mean, in place of the states. */
   @property({ attribute: false }) legend: TemplateResult | null = null;
+  /** Whose plan editor lies over the map while it `isPlanning`. */
+  @property({ attribute: false }) operator: Operator | null = null;
+  @property({ attribute: false }) isPlanning = false;
   @state() private metres = "";
+  private plan: PlanOnMap | null = null;
   private panes: MapPane[] = [];
+
+  constructor() {
+    super();
+    new RedrawOnChange(this, () => (this.isPlanning ? this.operator : null) ?? NOBODY);
+  }
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -70,6 +85,8 @@ export class SurveyMap extends LitElement {
   }
 
   override disconnectedCallback(): void {
+    this.plan?.update(false);
+    this.plan = null;
     for (const { map } of this.panes) map.dispose();
     this.panes = [];
     super.disconnectedCallback();
@@ -81,9 +98,10 @@ export class SurveyMap extends LitElement {
 
   override render(): TemplateResult {
     const shown = this.panes.map((pane, index) => pane.stall(this.idIn(index)));
-    return html`<section class="map ${this.isPair ? `pair by-${this.by}` : ""}" aria-label=${say("map")} ${cssVars({ "--at": String(this.at) })}>
+    return html`<section class="map ${this.isPair ? `pair by-${this.by}` : ""} ${this.isPlanning ? "planning" : ""} ${this.isPlanning && this.operator?.plan.drawing.tool !== "choose" ? "picking" : ""}" aria-label=${say("map")} @keydown=${this.planKey} ${cssVars({ "--at": String(this.at) })}>
       <div class="ol" tabindex="0" role="application" aria-label=${this.isPair ? `${say("archive-before")}: ${this.cardWords(0)}` : this.label}></div>
       ${this.isPair ? html`<div class="ol over" tabindex=${this.by === "side" ? "0" : "-1"} role="application" aria-label=${`${say("archive-after")}: ${this.cardWords(1)}`}></div>${this.pairParts()}` : nothing}
+      ${this.isPlanning ? html`<hawk-plan-tools .model=${this.operator}></hawk-plan-tools>` : nothing}
       <div class="tools">
         <div class="group">${this.tool(say("zoom-in"), "plus", () => this.panes[0]?.map.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.panes[0]?.map.zoom(1 / ZOOM))}</div>
         <div class="group">${this.tool(say("whole-lot"), "whole", () => this.showWhole())}</div>
@@ -138,10 +156,31 @@ export class SurveyMap extends LitElement {
     if (changed.has("theme") && changed.get("theme") !== undefined) for (const { map } of this.panes) map.recolour();
     const isOther = this.panes.map((pane, index) => pane.show((index === 0 ? this.source : this.later) ?? null));
     if (isOther[0]) this.showWhole();
+    this.showPlan(changed.has("isPlanning"));
     this.panes.forEach((pane, index) => pane.mark(index === 0 ? this.scene : EMPTY_SCENE, this.marked, pane.stall(this.idIn(index))));
     if (isOther.includes(true)) this.requestUpdate(); // now the stall that was chosen has a card
     this.placeMarks();
   }
+
+  /** The plan lies where the survey does: their frames are those of the lot. */
+  private showPlan(isNew: boolean): void {
+    const { operator, panes } = this;
+    const [pane] = panes;
+    if (!operator || !pane) return;
+    this.plan ??= new PlanOnMap(pane.map, operator, () => this.source?.plane ?? null, false);
+    this.plan.update(this.isPlanning);
+    if (isNew) pane.map.showLayers(ALL_LAYERS, null); // the survey's stalls make room for the plan's
+  }
+
+  /** The editor's own keys do not go to the map. */
+  private readonly planKey = {
+    capture: true,
+    handleEvent: (event: KeyboardEvent): void => {
+      if (!this.isPlanning || !(event.target as HTMLElement).matches(".ol, .ol *") || this.plan?.key(event) !== true) return;
+      event.preventDefault();
+      event.stopPropagation();
+    },
+  };
 
   /** As many maps as surveys; the second one shows the place of the first. */
   private makePanes(): void {

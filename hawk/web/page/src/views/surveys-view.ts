@@ -1,9 +1,11 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement } from "lit/decorators.js";
+import { customElement, property } from "lit/decorators.js";
 import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
 import { partsOf } from "../plan/values.ts";
+import type { Operator } from "../state/operator.ts";
+import "../ui/plan-panel.ts";
 import type { CountedState } from "../state/map-store.ts";
 import { language, number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
@@ -24,8 +26,10 @@ export class SurveysView extends View {
   private period: Period | null = null;
   private readonly shown = new Asked<SurveyOnMap | null>(this);
   private readonly films = new Asked<Recording[]>(this);
+  @property({ attribute: false }) operator: Operator | null = null;
   /** Id of the survey whose deletion is asked about. */
   private asked = "";
+  private wasPlanning = false;
   private ids: readonly string[] = [];
 
   override willUpdate(): void {
@@ -38,6 +42,30 @@ export class SurveysView extends View {
     this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
     this.films.ask(lot, () => this.source.recordings());
   }
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    this.operator?.addEventListener("change", this.planChanged);
+  }
+
+  override disconnectedCallback(): void {
+    this.operator?.removeEventListener("change", this.planChanged);
+    super.disconnectedCallback();
+  }
+
+  /** The plan of this lot is open: it is corrected on the survey's map. */
+  private get isPlanning(): boolean {
+    const { open = false, lot = null } = this.operator?.plan ?? {};
+    return this.mayChange && open && lot?.id === this.place.lot;
+  }
+
+  /** What was corrected is in every list and count: they are read again when the editor is closed. */
+  private readonly planChanged = (): void => {
+    if (this.isPlanning === this.wasPlanning) return;
+    this.wasPlanning = this.isPlanning;
+    if (!this.wasPlanning) this.changed();
+    this.requestUpdate();
+  };
 
   /** A survey; the newest ones where none is named, or the lot does not have it any more. */
   private async read(named: string): Promise<SurveysUse> {
@@ -94,8 +122,8 @@ export class SurveysView extends View {
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
     const stalls = row.free + row.taken + row.unknown;
     const title = say("archive-survey-of", { when: moment(row.ended, this.about.value?.clock) });
-    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
-      <section class="card about" aria-label=${title}>
+    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} .operator=${this.operator} .isPlanning=${this.isPlanning} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
+      ${this.isPlanning ? html`<hawk-plan .model=${this.operator} placed="survey"></hawk-plan>` : html`<section class="card about" aria-label=${title}>
         <h2>${title}</h2>
         <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls })}</p>
         ${row.found === stalls ? nothing : html`<p class="sub">${say("survey-found", { found: row.found, stalls })}</p>`}
@@ -106,7 +134,7 @@ export class SurveysView extends View {
         <p class="sub">${[sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
         ${this.mayChange ? html`${this.actions(row)}<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
-      </section>`;
+      </section>`}`;
   }
 
   /** Each flight of the survey can be watched again. */
@@ -118,8 +146,11 @@ export class SurveysView extends View {
   }
 
   private actions(row: SurveyUse): TemplateResult {
+    const { operator } = this;
     return html`<p class="choices">
-      <span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a href="api/v1/surveys/${row.id}/files/${kind}" download>${kind}</a> `)}</span>
+      ${operator === null ? nothing : html`<button class="small" @click=${() => operator.editPlan(this.place.lot)}>${say("edit-plan")}</button>`}
+      <button class="small" @click=${() => this.go({ show: "links" })}>${say("share-lot")}</button>
+      <details class="files"><summary class="small">${say("export-survey")}</summary><span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a class="button" href="api/v1/surveys/${row.id}/files/${kind}" download>${kind}</a>`)}</span></details>
       <button class="small" @click=${() => this.askDelete(row)}>${say(this.asked === row.id ? "archive-delete-survey-surely" : "archive-delete-survey")}</button>
     </p>`;
   }
