@@ -133,7 +133,7 @@ export class SurveysView extends View {
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
-        ${this.mayChange ? html`${this.actions(row)}<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
+        ${this.mayChange ? html`${this.actions(row)}<hawk-changes .clock=${this.about.value?.clock ?? "UTC"} .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
       </section>`}`;
   }
 
