@@ -14,7 +14,7 @@ import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
-import { type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
+import { type Arrived, type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { PlanEditor, type PlanEditorEvents } from "./plan-editor.ts";
 import type { RowMark } from "./draw-labels.ts";
@@ -32,6 +32,8 @@ export interface LotMapEvents {
   /** The view or something on it moved: what lies over it in the page must move too. */
   moved(): void;
   looking(looking: Looking): void;
+  /** The stalls and so many of the ground's pictures are drawn. */
+  drawn?(pictures: Arrived): void;
 }
 
 const HALF_WORLD_M = 5000;
@@ -361,7 +363,17 @@ export class LotMap {
     this.redrawTimer = window.setTimeout(() => {
       this.redrawTimer = 0;
       this.ground.repaint();
+      this.tellDrawn();
     }, REDRAW_MS);
+  }
+
+  private tellDrawn(): void {
+    const { address, arrived } = this.tiles;
+    if (arrived === "none" || !this.events.drawn) return;
+    this.map.once("rendercomplete", () => {
+      if (address === this.tiles.address) this.events.drawn?.(arrived);
+    });
+    this.map.render();
   }
 
   private drawOverlay(): void {
