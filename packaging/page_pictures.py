@@ -1,7 +1,8 @@
 """Write the pictures of the page's views for the documentation: ``python packaging/page_pictures.py [VIEW ...]``.
 
 A browser opens the page over the made-up drone of ``packaging/fake_drone.py`` and does what a person would.
-The pictures go to ``docs/images/view-NAME.jpg``; ``docs/page.md`` shows them.
+The pictures go to ``docs/images/view-NAME.jpg``; ``docs/page.md`` shows them. A picture of a view of the lots over time
+is a sheet: on a desk and on a phone, light in English, dark in French, and outdoors.
 """
 
 from __future__ import annotations
@@ -17,8 +18,11 @@ import tempfile
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
+import cv2
+import numpy as np
+from numpy.typing import NDArray
 from playwright.async_api import Browser, Page, async_playwright, expect
 
 ROOT: Final = Path(__file__).resolve().parent.parent
@@ -30,7 +34,18 @@ JPEG_QUALITY: Final = 80
 START_S: Final = 60.0
 PATIENCE_MS: Final = 60_000
 
+SURVEYS: Final = 12
+"""In the store of the views of lots over time."""
+MOST_BYTES: Final = 120_000
+SHEET_DESK: Final = (1440, 900)
+SHEET_LOOKS: Final = (("light", "en"), ("dark", "fr"), ("outdoor", "en"))
+"""Theme and language of the pictures of a sheet; the first one is the largest."""
+ROWS: Final = (600, 293)
+"""Heights of the rows of a sheet, pixels: the second row has as many pictures more as there are looks."""
+GAP: Final = 13
+
 Steps = Callable[[Page], Awaitable[None]]
+Picture = NDArray[np.uint8]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,13 +136,36 @@ VIEWS: Final = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A view of the lots over time: its address, what is seen when it is drawn, and the scene of the made-up drone."""
+
+    name: str
+    address: str
+    sign: str
+    scene: str = "ready"
+
+
+MAP: Final = "hawk-survey-map[data-drawn=all]"
+SHEETS: Final = (
+    Sheet("lots", "#/lots/{lot}/{after}", MAP),
+    Sheet("stalls-over-time", "#/lots/{lot}?show=stalls", MAP),
+    Sheet("compare", "#/compare/{lot}/{before}/{after}", MAP),
+    Sheet("report", "#/report/{lot}?part=row.A&days=mon-fri&hours=8-15", ".ask .answer .large"),
+    Sheet("document", "#/report/{lot}?part=row.A&days=mon-fri&hours=8-15&show=document", "iframe"),
+    Sheet("recordings", "#/recordings/{lot}", "archive-recordings table"),
+    Sheet("film", "#/recordings/{lot}/{recording}?t=60", MAP),
+    Sheet("lots-in-flight", "#/lots/{lot}/{after}", MAP, "still"),
+)
+
+
 @contextlib.asynccontextmanager
-async def _drone(view: View) -> AsyncIterator[str]:
-    """Run the made-up drone; gives the page's address."""
+async def _drone(scene: str, surveys: int = 0) -> AsyncIterator[str]:
+    """Run the made-up drone, with so many surveys in a store; gives the page's address."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, str(FAKE_DRONE), view.scene, "--port", "0"]
-        if view.has_lots:
-            command += ["--lots", str(Path(folder) / "lots.db")]
+        command = [sys.executable, str(FAKE_DRONE), scene, "--port", "0"]
+        if surveys:
+            command += ["--lots", str(Path(folder) / "lots.db"), "--surveys", str(surveys)]
         process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
         try:
             assert process.stdout is not None  # noqa: S101 - it is a pipe
@@ -140,7 +178,7 @@ async def _drone(view: View) -> AsyncIterator[str]:
 
 
 async def _photograph(browser: Browser, view: View, target: Path) -> None:
-    async with _drone(view) as address:
+    async with _drone(view.scene, int(view.has_lots)) as address:
         width, height = view.size
         page = await browser.new_page(viewport={"width": width, "height": height})
         page.set_default_timeout(PATIENCE_MS)
@@ -151,8 +189,83 @@ async def _photograph(browser: Browser, view: View, target: Path) -> None:
         for step in view.steps:
             await step(page)
         await page.wait_for_timeout(1500)  # what a step has opened is drawn
-        await page.screenshot(path=target, type="jpeg", quality=JPEG_QUALITY)
+        shown = cv2.imdecode(np.frombuffer(await page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
         await page.close()
+        _keep(target, shown)
+
+
+async def _ids(page: Page) -> dict[str, str]:
+    """Return the ids that addresses of views have."""
+
+    async def items(path: str, key: str = "items") -> list[Any]:
+        found: list[Any] = await page.evaluate(f"async () => (await (await fetch('api/v1/{path}')).json()).{key}")
+        return found
+
+    lot = (await items("lots"))[0]["id"]
+    after, before = (each["id"] for each in await items(f"lots/{lot}/statistics/surveys?newest=2", "surveys"))
+    return {"lot": lot, "before": before, "after": after, "recording": (await items("recordings"))[0]["name"]}
+
+
+async def _looks(page: Page, sheet: Sheet, address: str) -> list[Picture]:
+    """Return the pictures of a view in a window, in each theme and language."""
+    found = []
+    for theme, language in SHEET_LOOKS:
+        await page.goto("about:blank")
+        await page.goto(f"{address}#/fly")
+        stored = json.dumps({"theme": theme, "language": language, "name": "Anna"})
+        await page.evaluate(f"localStorage.setItem('hawk-page', {json.dumps(stored)})")
+        ids = await _ids(page)
+        await page.goto("about:blank")
+        await page.goto(address + sheet.address.format(**ids))
+        await expect(page.locator(sheet.sign).first).to_be_visible(timeout=PATIENCE_MS)
+        await page.wait_for_load_state("networkidle")
+        await page.wait_for_timeout(1500)
+        found.append(cv2.imdecode(np.frombuffer(await page.screenshot(), np.uint8), cv2.IMREAD_COLOR))
+    return found
+
+
+def _laid(pictures: list[Picture], height: int) -> Picture:
+    """Return pictures beside each other, all of one height."""
+    found: list[Picture] = []
+    for picture in pictures:
+        width = round(picture.shape[1] * height / picture.shape[0])
+        found += [cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), np.full((height, GAP, 3), 255)]
+    return np.concatenate(found[:-1], axis=1).astype(np.uint8)
+
+
+def _composed(desk: list[Picture], phone: list[Picture]) -> Picture:
+    """Return a sheet: the first look large, the others below it."""
+    rows = [_laid([desk[0], phone[0]], ROWS[0]), _laid([*desk[1:], *phone[1:]], ROWS[1])]
+    width = max(row.shape[1] for row in rows)
+    padded = [np.pad(row, ((0, GAP), (0, width - row.shape[1]), (0, 0)), constant_values=255) for row in rows]
+    return np.concatenate(padded)[:-GAP]
+
+
+def _small(picture: Picture) -> bytes:
+    """Return a picture as JPEG, as good as it may be large."""
+    for quality in range(JPEG_QUALITY, 20, -4):
+        data = cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, quality])[1].tobytes()
+        if len(data) <= MOST_BYTES:
+            return data
+    raise SystemExit("a sheet is too large: make its rows lower")
+
+
+async def _photograph_sheets(browser: Browser, sheets: list[Sheet], scene: str) -> None:
+    async with _drone(scene, SURVEYS) as address:
+        for sheet in sheets:
+            found = []
+            for width, height in (SHEET_DESK, PHONE):
+                page = await browser.new_page(viewport={"width": width, "height": height})
+                page.set_default_timeout(PATIENCE_MS)
+                found.append(await _looks(page, sheet, address))
+                await page.close()
+            target = IMAGES / f"view-{sheet.name}.jpg"
+            _keep(target, _composed(*found))
+
+
+def _keep(target: Path, picture: Picture) -> None:
+    target.write_bytes(_small(picture))
+    print(f"{target.relative_to(ROOT)}: {target.stat().st_size // 1000} kB", flush=True)
 
 
 async def _write(names: set[str]) -> None:
@@ -165,14 +278,17 @@ async def _write(names: set[str]) -> None:
             if not names or view.name in names:
                 target = IMAGES / f"view-{view.name}.jpg"
                 await _photograph(browser, view, target)
-                print(f"{target.relative_to(ROOT)}: {target.stat().st_size // 1000} kB", flush=True)
+        for scene in {sheet.scene for sheet in SHEETS}:
+            chosen = [sheet for sheet in SHEETS if sheet.scene == scene and (not names or sheet.name in names)]
+            if chosen:
+                await _photograph_sheets(browser, chosen, scene)
         await browser.close()
 
 
 def main() -> int:
     """Write all pictures, or those that are named."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
-    parser.add_argument("views", nargs="*", choices=[[], *(view.name for view in VIEWS)], metavar="VIEW")
+    parser.add_argument("views", nargs="*", choices=[[], *(view.name for view in (*VIEWS, *SHEETS))], metavar="VIEW")
     asyncio.run(_write(set(parser.parse_args().views)))
     return 0
 

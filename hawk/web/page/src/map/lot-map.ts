@@ -59,6 +59,8 @@ const ENDED = ["pointerup", "pointercancel"] as const;
 /** The map: a metre grid of its own (east, north), drawn when something changes and not otherwise. */
 export class LotMap {
   looking: Looking = "whole";
+  /** Room for what lies over the map's upper edge while the whole is shown, pixels. */
+  above = 28;
 
   private readonly map: OlMap;
   private readonly view: View;
@@ -416,7 +418,7 @@ export class LotMap {
     const whole = this.whole();
     const size = this.map.getSize();
     if (!whole || !size?.[0] || !size[1]) return;
-    const padding = size[1] < 300 ? [12, 60, 12, 60] : [28, 68, 52, 68];
+    const padding = size[1] < 300 ? [12, 60, 12, 60] : [this.above, 68, 52, 68];
     this.view.fit(whole, { padding, minResolution: 0.05, size });
   }
 

@@ -16,6 +16,8 @@ import { swipeHandle } from "./swipe.ts";
 
 const ZOOM = 1.6;
 const LONGEST_BAR_PX = 120;
+/** Height of the cards of two surveys, with the room about them. */
+const CARDS_PX = 88;
 const CARD = { width: 120, height: 192 };
 /** A side whose share of the map is less has no room for its card. */
 const LEAST_SHARE = 0.12;
@@ -160,7 +162,9 @@ export class SurveyMap extends LitElement {
         if (pane?.source) pane.drawn = pictures;
         this.markDrawn();
       };
-      this.panes.push(new MapPane(holder, { clicked, moved: () => this.placeMarks(), looking, drawn }, this.panes[0] ?? null));
+      const pane = new MapPane(holder, { clicked, moved: () => this.placeMarks(), looking, drawn }, this.panes[0] ?? null);
+      if (this.isPair) pane.map.above = CARDS_PX;
+      this.panes.push(pane);
     }
   }
 
