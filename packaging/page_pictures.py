@@ -179,26 +179,23 @@ async def _drone(scene: str, surveys: int = 0) -> AsyncIterator[str]:
 
 async def _photograph(browser: Browser, view: View, target: Path) -> None:
     async with _drone(view.scene, int(view.has_lots)) as address:
-        width, height = view.size
-        page = await browser.new_page(viewport={"width": width, "height": height})
-        page.set_default_timeout(PATIENCE_MS)
-        stored = json.dumps({"theme": view.theme, "name": "Anna"})
-        await page.add_init_script(f"localStorage.setItem('hawk-page', {json.dumps(stored)})")
+        page = await _opened(browser, view.size, theme=view.theme)
         await page.goto(address)
         await expect(page.locator("hawk-glance").get_by_role("status")).not_to_be_empty(timeout=PATIENCE_MS)
         for step in view.steps:
             await step(page)
         await page.wait_for_timeout(1500)  # what a step has opened is drawn
-        shown = cv2.imdecode(np.frombuffer(await page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+        shown = await _shown(page)
         await page.close()
         _keep(target, shown)
 
 
-async def _ids(page: Page) -> dict[str, str]:
+async def _ids(page: Page, address: str) -> dict[str, str]:
     """Return the ids that addresses of views have."""
 
     async def items(path: str, key: str = "items") -> list[Any]:
-        found: list[Any] = await page.evaluate(f"async () => (await (await fetch('api/v1/{path}')).json()).{key}")
+        answer = await page.request.get(f"{address}api/v1/{path}")
+        found: list[Any] = (await answer.json())[key]
         return found
 
     lot = (await items("lots"))[0]["id"]
@@ -206,22 +203,32 @@ async def _ids(page: Page) -> dict[str, str]:
     return {"lot": lot, "before": before, "after": after, "recording": (await items("recordings"))[0]["name"]}
 
 
-async def _looks(page: Page, sheet: Sheet, address: str) -> list[Picture]:
-    """Return the pictures of a view in a window, in each theme and language."""
+async def _looks(browser: Browser, size: tuple[int, int], sheet: Sheet, address: str) -> list[Picture]:
+    """Return the pictures of a view in a window of a size, in each theme and language."""
     found = []
     for theme, language in SHEET_LOOKS:
-        await page.goto("about:blank")
-        await page.goto(f"{address}#/fly")
-        stored = json.dumps({"theme": theme, "language": language, "name": "Anna"})
-        await page.evaluate(f"localStorage.setItem('hawk-page', {json.dumps(stored)})")
-        ids = await _ids(page)
-        await page.goto("about:blank")
-        await page.goto(address + sheet.address.format(**ids))
+        page = await _opened(browser, size, theme=theme, language=language)
+        await page.goto(address + sheet.address.format(**await _ids(page, address)))
         await expect(page.locator(sheet.sign).first).to_be_visible(timeout=PATIENCE_MS)
         await page.wait_for_load_state("networkidle")
         await page.wait_for_timeout(1500)
-        found.append(cv2.imdecode(np.frombuffer(await page.screenshot(), np.uint8), cv2.IMREAD_COLOR))
+        found.append(await _shown(page))
+        await page.close()
     return found
+
+
+async def _opened(browser: Browser, size: tuple[int, int], **preferences: str) -> Page:
+    """Return a page whose preferences are these."""
+    page = await browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page.set_default_timeout(PATIENCE_MS)
+    stored = json.dumps({"name": "Anna", **preferences})
+    await page.add_init_script(f"localStorage.setItem('hawk-page', {json.dumps(stored)})")
+    return page
+
+
+async def _shown(page: Page) -> Picture:
+    picture = cv2.imdecode(np.frombuffer(await page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
+    return picture.astype(np.uint8)
 
 
 def _laid(pictures: list[Picture], height: int) -> Picture:
@@ -253,12 +260,7 @@ def _small(picture: Picture) -> bytes:
 async def _photograph_sheets(browser: Browser, sheets: list[Sheet], scene: str) -> None:
     async with _drone(scene, SURVEYS) as address:
         for sheet in sheets:
-            found = []
-            for width, height in (SHEET_DESK, PHONE):
-                page = await browser.new_page(viewport={"width": width, "height": height})
-                page.set_default_timeout(PATIENCE_MS)
-                found.append(await _looks(page, sheet, address))
-                await page.close()
+            found = [await _looks(browser, size, sheet, address) for size in (SHEET_DESK, PHONE)]
             target = IMAGES / f"view-{sheet.name}.jpg"
             _keep(target, _composed(*found))
 
