@@ -57,8 +57,6 @@ class View:
     steps: tuple[Steps, ...] = ()
     size: tuple[int, int] = DESK
     theme: str = "light"
-    has_lots: bool = False
-    """The made-up drone keeps its lot in a store."""
 
 
 async def _control(page: Page) -> None:
@@ -128,7 +126,7 @@ VIEWS: Final = (
     View("settings", "still", (_control, _tab("Settings"), _search_settings)),
     View("keys", "still", (_keys,)),
     View("result", "landed", (_seen("hawk-survey .hero"),)),
-    View("plan", "still", (_seen(COUNTED), _tab("Stalls"), _correct_plan), has_lots=True),
+    View("plan", "still", (_seen(COUNTED), _tab("Stalls"), _correct_plan)),
     View("no-operator", "lost", (_seen(".banner"),)),
     View("outdoors", "explore", (_seen(COUNTED),), theme="outdoor"),
     View("dark", "explore", (_seen(COUNTED),), theme="dark"),
@@ -160,12 +158,11 @@ SHEETS: Final = (
 
 
 @contextlib.asynccontextmanager
-async def _drone(scene: str, surveys: int = 0) -> AsyncIterator[str]:
+async def _drone(scene: str, surveys: int = 1) -> AsyncIterator[str]:
     """Run the made-up drone, with so many surveys in a store; gives the page's address."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, str(FAKE_DRONE), scene, "--port", "0"]
-        if surveys:
-            command += ["--lots", str(Path(folder) / "lots.db"), "--surveys", str(surveys)]
+        command += ["--lots", str(Path(folder) / "lots.db"), "--surveys", str(surveys)]
         process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
         try:
             assert process.stdout is not None  # noqa: S101 - it is a pipe
@@ -178,7 +175,7 @@ async def _drone(scene: str, surveys: int = 0) -> AsyncIterator[str]:
 
 
 async def _photograph(browser: Browser, view: View, target: Path) -> None:
-    async with _drone(view.scene, int(view.has_lots)) as address:
+    async with _drone(view.scene) as address:
         page = await _opened(browser, view.size, theme=view.theme)
         await page.goto(address)
         await expect(page.locator("hawk-glance").get_by_role("status")).not_to_be_empty(timeout=PATIENCE_MS)
@@ -227,8 +224,8 @@ async def _opened(browser: Browser, size: tuple[int, int], **preferences: str) -
 
 
 async def _shown(page: Page) -> Picture:
-    picture = cv2.imdecode(np.frombuffer(await page.screenshot(), np.uint8), cv2.IMREAD_COLOR)
-    return picture.astype(np.uint8)
+    shown = np.frombuffer(await page.screenshot(), np.uint8)
+    return np.asarray(cv2.imdecode(shown, cv2.IMREAD_COLOR), np.uint8)
 
 
 def _laid(pictures: list[Picture], height: int) -> Picture:
@@ -236,8 +233,9 @@ def _laid(pictures: list[Picture], height: int) -> Picture:
     found: list[Picture] = []
     for picture in pictures:
         width = round(picture.shape[1] * height / picture.shape[0])
-        found += [cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA), np.full((height, GAP, 3), 255)]
-    return np.concatenate(found[:-1], axis=1).astype(np.uint8)
+        resized = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+        found += [np.asarray(resized, np.uint8), np.full((height, GAP, 3), 255, np.uint8)]
+    return np.concatenate(found[:-1], axis=1)
 
 
 def _composed(desk: list[Picture], phone: list[Picture]) -> Picture:
