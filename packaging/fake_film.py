@@ -60,7 +60,7 @@ def record(folder: Path, stalls: list[FakeStall]) -> None:
 
 
 class Flight:
-    """What is recorded of a flight over all legs."""
+    """Flight over all legs, as it is recorded."""
 
     def __init__(self, stalls: list[FakeStall]) -> None:
         self._stalls = [each.stall for each in stalls]

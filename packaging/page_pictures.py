@@ -159,7 +159,7 @@ SHEETS: Final = (
 
 @contextlib.asynccontextmanager
 async def _drone(scene: str, surveys: int = 1) -> AsyncIterator[str]:
-    """Run the made-up drone, with so many surveys in a store; gives the page's address."""
+    """Run the made-up drone with a number of surveys in a store; gives the page's address."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, str(FAKE_DRONE), scene, "--port", "0"]
         command += ["--lots", str(Path(folder) / "lots.db"), "--surveys", str(surveys)]
@@ -228,7 +228,7 @@ async def _shown(page: Page) -> Picture:
     return np.asarray(cv2.imdecode(shown, cv2.IMREAD_COLOR), np.uint8)
 
 
-def _laid(pictures: list[Picture], height: int) -> Picture:
+def _beside(pictures: list[Picture], height: int) -> Picture:
     """Return pictures beside each other, all of one height."""
     found: list[Picture] = []
     for picture in pictures:
@@ -240,7 +240,7 @@ def _laid(pictures: list[Picture], height: int) -> Picture:
 
 def _composed(desk: list[Picture], phone: list[Picture]) -> Picture:
     """Return a sheet: the first look large, the others below it."""
-    rows = [_laid([desk[0], phone[0]], ROWS[0]), _laid([*desk[1:], *phone[1:]], ROWS[1])]
+    rows = [_beside([desk[0], phone[0]], ROWS[0]), _beside([*desk[1:], *phone[1:]], ROWS[1])]
     width = max(row.shape[1] for row in rows)
     padded = [np.pad(row, ((0, GAP), (0, width - row.shape[1]), (0, 0)), constant_values=255) for row in rows]
     return np.concatenate(padded)[:-GAP]

@@ -122,6 +122,7 @@ async def test_axe_finds_nothing_and_tab_reaches_everything(
     store = ("--lots", str(tmp_path / "lots.db"), "--surveys", "2")
     drone, address = await fake("ready", *store)
     found = await problems_of(page, address, list(VIEWS), screenshots)
+    await page.goto("about:blank")
     drone.kill()
     await drone.wait()
     _, in_flight = await fake("still", *store)

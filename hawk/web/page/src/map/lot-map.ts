@@ -365,11 +365,11 @@ export class LotMap {
     this.redrawTimer = window.setTimeout(() => {
       this.redrawTimer = 0;
       this.ground.repaint();
-      this.tellDrawn();
+      this.reportDrawn();
     }, REDRAW_MS);
   }
 
-  private tellDrawn(): void {
+  private reportDrawn(): void {
     const { address, arrived } = this.tiles;
     if (arrived === "none" || !this.events.drawn) return;
     this.map.once("rendercomplete", () => {

@@ -53,7 +53,7 @@ export class FilmBar extends LitElement {
 
   private phases(): TemplateResult {
     return html`<ol class="phases" aria-label=${say("film-phases")}>${phasesOf(this.film).map(
-      ({ from, to, title }) => html`<li ${cssVars({ "--at": this.share(from), "--wide": this.share(to - from) })}><button class="plain" title=${title} @click=${() => this.ask("seek", from)}><span>${title}</span></button></li>`,
+      ({ from, to, title }) => html`<li ${cssVars({ "--at": this.share(from), "--wide": this.share(to - from) })}><button class="plain" title=${title} @click=${() => this.ask("seek", from)}>${title}</button></li>`,
     )}</ol>`;
   }
 
