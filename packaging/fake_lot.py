@@ -176,7 +176,7 @@ def same_numbers(known: KnownGround, found: MappedGround) -> Registration:
 
 
 def store_with(path: Path, stalls: list[FakeStall], surveys: int = 1) -> LotStore:
-    """Return the store in a file; a file that is not there yet is made, with a number of surveys, the newest of `FLOWN`."""
+    """Return the store in a file; one that is not there is made with a number of surveys, the newest of `FLOWN`."""
     if not path.exists():
         rng = np.random.default_rng(7)
         database = Database(path)

@@ -32,7 +32,7 @@ export interface LotMapEvents {
   /** The view or something on it moved: what lies over it in the page must move too. */
   moved(): void;
   looking(looking: Looking): void;
-  /** The stalls and so many of the ground's pictures are drawn. */
+  /** The stalls are drawn, and the first or all pictures of the ground. */
   drawn?(pictures: Arrived): void;
 }
 
