@@ -61,7 +61,7 @@ VIEWS: Final = {
     "lots": ("#/lots/{lot}/{after}", "hawk-survey-map[data-drawn]"),
     "compare": ("#/compare/{lot}/{before}/{after}", "hawk-survey-map[data-drawn]"),
     "report": ("#/report/{lot}", ".ask .answer .large"),
-    "recordings": ("#/recordings/{lot}", "archive-recordings > *"),
+    "recordings": ("#/recordings/{lot}", "archive-recordings :is(table, p):not([data-asking])"),
 }
 """Address of each view, and what is drawn when it can be used."""
 _COUNT: Final = """() => {

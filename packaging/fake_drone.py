@@ -11,13 +11,14 @@ import asyncio
 import dataclasses
 import math
 import zlib
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import pairwise
 from pathlib import Path
 
 import cv2
 import numpy as np
+from fake_film import record
+from fake_lot import COLOURS, DATUM, FIELD_M, draw_ground, make_stalls, ring, store_with, to_pixel
 from numpy.typing import NDArray
 
 from hawk.comm.clock import Clock
@@ -57,135 +58,19 @@ from hawk.comm.protocol.heartbeat import (
 )
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
-from hawk.config.sections import Config, OperatorSettings, WebSettings
-from hawk.lots.ingest import save
-from hawk.lots.storage.database import Database
-from hawk.lots.store import LotStore
-from hawk.lots.values import Detection, FinishedSurvey
-from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, Stall, StallState, TileKey, free_interval
+from hawk.config.sections import Config, OperatorSettings, StoreSettings, WebSettings
+from hawk.model.lot_map import Counts, EncodedTile, OccupancyMap, StallState, TileKey, free_interval
 from hawk.model.operation import StateName
 from hawk.model.pictures import AnnotatedFrame
-from hawk.model.plans import ExploreStatus, Outline
-from hawk.model.poses import GlobalPose, MapPoint
+from hawk.model.plans import ExploreStatus
+from hawk.model.poses import MapPoint
 from hawk.model.tile_picture import encode_picture
-from hawk.results.survey_map import to_global
 from hawk.runtime.performance import LagSummary
+from hawk.store.recordings import Recordings
 from hawk.web.app import WebServer
 from hawk.web.services import OperatorSide, WebServices
 
-PIXELS_PER_M = 10
-SIDE_M = 256.0
-HALF_M = SIDE_M / 2
-FIELD_M = (50.0, 28.0)
-DATUM = GlobalPose(48.137, 11.575, 0.0)
-BEGAN = 1.77e9
-"""Time at which the survey in the store began, UTC, Unix seconds."""
-Picture = NDArray[np.uint8]
-
-
-@dataclass(slots=True)
-class FakeStall:
-    """A stall of the made-up lot."""
-
-    stall: Stall
-    shown: bool = False
-
-
-def make_stalls(rng: np.random.Generator, count: int | None) -> list[FakeStall]:
-    """Return rows of stalls of a lot that lies a little askew; a count makes a field of that number."""
-    turn = math.radians(24)
-    found: list[FakeStall] = []
-    for u, v in lot_places() if count is None else field_places(count):
-        east = u * math.cos(turn) + v * math.sin(turn)
-        north = -u * math.sin(turn) + v * math.cos(turn)
-        taken = float(rng.choice([0.03, 0.97, 0.45], p=[0.55, 0.4, 0.05]))
-        state = StallState.FREE if taken < 0.2 else StallState.TAKEN if taken > 0.8 else StallState.UNKNOWN
-        number = len(found) + 1
-        found.append(FakeStall(Stall(number, north, east, turn, 2.5, 5.0, taken, state, 0.9, 4, 0.0, 1)))
-    return found
-
-
-def lot_places() -> list[tuple[float, float]]:
-    """Return the middles of the stalls of a lot with aisles and a few gaps, metres along and across its rows."""
-    gaps = {(2, 3), (5, 0), (0, 5)}
-    cells = [(row, column) for row in range(8) for column in range(22) if (row, column // 4) not in gaps]
-    return [((column - 10.5) * 2.6, (row - 3.5) * 8.4 + (2.4 if row % 2 else -0.6)) for row, column in cells]
-
-
-def field_places(count: int) -> list[tuple[float, float]]:
-    """Return the middles of ``count`` stalls in rows close to each other."""
-    columns = math.ceil(math.sqrt(count * 5.8 / 2.6))
-    rows = math.ceil(count / columns)
-    cells = [(row, column) for row in range(rows) for column in range(columns)][:count]
-    return [((column - (columns - 1) / 2) * 2.6, (row - (rows - 1) / 2) * 5.8) for row, column in cells]
-
-
-def to_pixel(north: float, east: float) -> tuple[int, int]:
-    """Return (column, row) in the ground picture."""
-    return round((east + HALF_M) * PIXELS_PER_M), round((HALF_M - north) * PIXELS_PER_M)
-
-
-def ring(stall: Stall, scale: float = 1.0) -> NDArray[np.int32]:
-    """Return a stall's corners as pixels."""
-    centre = np.array([stall.north, stall.east])
-    corners = (stall.corners() - centre) * scale + centre
-    return np.array([to_pixel(north, east) for north, east in corners], np.int32)
-
-
-def draw_ground(stalls: list[FakeStall], rng: np.random.Generator) -> tuple[Picture, NDArray[np.uint8]]:
-    """Return the ground from above (BGR) and its cell classes."""
-    size = round(SIDE_M * PIXELS_PER_M)
-    noise = cv2.resize(rng.normal(0, 1, (size // 8, size // 8)).astype(np.float32), (size, size))
-    grass = np.array([70, 105, 88], np.float32) + noise[..., None] * 12
-    classes = np.full((size, size), 1, np.uint8)
-    places = np.array([(each.stall.east, -each.stall.north) for each in stalls], np.float32) * PIXELS_PER_M + size / 2
-    (middle, (across, down), angle) = cv2.minAreaRect(places)
-    outline = cv2.boxPoints((middle, (across + 110, down + 110), angle)).astype(np.int32)
-    cv2.fillPoly(classes, [outline], 2)
-    asphalt = np.array([112, 114, 116], np.float32) + noise[..., None] * 5
-    picture = np.where((classes == 2)[..., None], asphalt, grass)
-    picture = np.clip(picture + rng.normal(0, 4, picture.shape), 20, 255).astype(np.uint8)
-    for each in stalls:
-        cv2.polylines(picture, [ring(each.stall)], True, (225, 230, 232), 2, cv2.LINE_AA)
-        cv2.fillPoly(classes, [ring(each.stall)], 4 if each.stall.state is StallState.TAKEN else 3)
-        if each.stall.state is not StallState.FREE:
-            draw_car(picture, each.stall, rng)
-    return picture, classes
-
-
-def draw_car(picture: Picture, stall: Stall, rng: np.random.Generator) -> None:
-    """Draw a car into a stall."""
-    colour = tuple(int(v) for v in rng.integers(30, 235, 1).repeat(3) + rng.integers(-20, 20, 3))
-    box = ((*to_pixel(stall.north, stall.east),), (18, 44), math.degrees(stall.angle))
-    shadow = ((box[0][0] + 3, box[0][1] + 4), box[1], box[2])
-    cv2.fillPoly(picture, [cv2.boxPoints(shadow).astype(np.int32)], (40, 42, 44))
-    cv2.fillPoly(picture, [cv2.boxPoints(box).astype(np.int32)], colour)
-    cv2.fillPoly(picture, [cv2.boxPoints((box[0], (15, 20), box[2])).astype(np.int32)], (50, 45, 40))
-
-
-COLOURS = {StallState.FREE: (255, 200, 120), StallState.TAKEN: (0, 110, 255), StallState.UNKNOWN: (255, 255, 255)}
-
-
 NO_OUTLINE = OutlineSetup(source="none", polygons=[], holes=[], area=0.0)
-
-
-def store_with(path: Path, stalls: list[FakeStall]) -> LotStore:
-    """Return the store in a file; a file that is not there yet is made, with a survey of the lot."""
-    if not path.exists():
-        seen = tuple(Detection.of(each.stall, BEGAN) for each in stalls)
-        corners = np.concatenate([each.stall.corners() for each in stalls])
-        (south, west), (north, east) = corners.min(axis=0) - 10, corners.max(axis=0) + 10
-        places = np.array([(south, west), (north, west), (north, east), (south, east)])
-        ground = Outline((tuple((float(a), float(b)) for a, b in to_global(DATUM, places)),))
-        survey = FinishedSurvey(
-            "000001-20260202T024000Z", DATUM, BEGAN, BEGAN + 600, time_is_sure=True, outline=ground, stalls=seen,
-            program="0.3.0", seen=ground,
-        )  # fmt: skip
-        database = Database(path)
-        with database.writing() as connection:
-            save(connection, survey)
-        database.close()
-    return LotStore(path)
 
 
 class FakeDrone:
@@ -526,6 +411,12 @@ async def main() -> None:
     parser.add_argument(
         "--lots", type=Path, metavar="FILE", help="a store of lots: made with this one where there is none"
     )
+    parser.add_argument(
+        "--surveys",
+        type=int,
+        default=1,
+        help="surveys of a store that is made; of several the newest is recorded",
+    )
     parser.add_argument("--real", action="store_true", help="do not say SIMULATION")
     options = parser.parse_args()
     clock = Clock()
@@ -540,8 +431,11 @@ async def main() -> None:
         occupancy_map=occupancy, video=video, version="0.1.0", simulation=not options.real, camera_fov_deg=70.0,
         travel_speed_m_s=4.0,
         loop_lag=lambda: LagSummary(0, 0, 0, 0), settings=settings(Config(), reference_text()),
-        lots=None if options.lots is None else store_with(options.lots, drone.stalls),
+        lots=None if options.lots is None else store_with(options.lots, drone.stalls, options.surveys),
+        recordings=None if options.lots is None else Recordings(StoreSettings(directory=options.lots.parent)),
     )  # fmt: skip
+    if options.lots is not None and options.surveys > 1:
+        record(options.lots.parent / "recordings", drone.stalls)
     server = WebServer(services)
     await server.start()
     print(server.page_url, flush=True)

@@ -1,4 +1,4 @@
-"""A manager's desk: the surveys of a lot over two days, by clicks, on a phone, on paper, and by a link."""
+"""A manager's desk: the surveys of a lot over two days, by clicks, on paper, and by a link."""
 
 from __future__ import annotations
 
@@ -19,10 +19,8 @@ from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.lot_map import StallState
 from tests.e2e.hands import new_page, press, shows
-from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, done
 from tests.e2e.watching import watch
-from tests.examples import nightly
 from tests.pace import PATIENCE_S
 from tests.unit.stats.test_panel import register, seen
 
@@ -32,16 +30,6 @@ BEGAN = 1_794_823_200.0
 """A Monday, 2026-11-16 at 10:00 UTC."""
 FLOWN = ((0, 4), (2, 12), (4, 8), (24, 5), (26, 14), (28, 9))
 """Hours after that, and the number of taken stalls."""
-PLAIN = re.compile(r"\W+")
-VIEWS = (
-    "lots",
-    "lots?show=stalls",
-    "lots?show=links",
-    "compare",
-    "report",
-    "report?part=row.A&days=mon-fri&hours=9-13",
-    "recordings",
-)
 
 
 @pytest_asyncio.fixture(loop_scope="session")
@@ -70,7 +58,6 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
 
 async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:
     page = await new_page(browser, locale="en", timezone_id="Europe/Amsterdam", **options)
-    await page.add_init_script(path=AXE)
     errors = watch(page)
     await page.goto(address)
     return page, errors
@@ -319,26 +306,3 @@ async def test_the_question_asked_is_the_report_printed(browser: Browser, addres
     assert [
         each for each in errors if "Framing" not in each and "Failed to load" not in each and "script" not in each
     ] == []
-
-
-@pytest.mark.parametrize("language", ["en", *nightly("fr")])
-async def test_axe_finds_nothing_on_a_phone_and_on_a_desk(
-    browser: Browser, address: str, screenshots: Path, language: str
-) -> None:
-    for size, theme in (({"width": 360, "height": 740}, "dark"), ({"width": 1280, "height": 900}, "light")):
-        page, errors = await opened(browser, "about:blank", viewport=size)
-        stored = f"{{theme: '{theme}', language: '{language}'}}"
-        await page.add_init_script(f"localStorage.setItem('hawk-page', JSON.stringify({stored}))")
-        for name in VIEWS:
-            await page.goto(f"{address}#/{name}")
-            await page.reload()
-            await expect(page.locator(".page p, .page table").first).to_be_visible(timeout=20_000)
-            await expect(page.locator("html")).to_have_attribute("lang", language)
-            await page.wait_for_load_state("networkidle")
-            faults = await page.evaluate(RUN_AXE)
-            await page.screenshot(
-                path=screenshots / f"over-time-{language}-{theme}-{PLAIN.sub('-', name)}.png", full_page=True
-            )
-            assert faults == [], (name, theme)
-            assert await page.evaluate("document.documentElement.scrollWidth") <= size["width"], name
-        assert [error for error in errors if "409" not in error] == []

@@ -1,6 +1,7 @@
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { deflateSync } from "node:zlib";
+import { discsOf, rowMarks } from "../src/map/draw-labels.ts";
 import { SOFT } from "../src/map/feather.ts";
 import { corners, covers, extentOf, scaleBar, turn } from "../src/map/geometry.ts";
 import { rgb } from "../src/map/palette.ts";
@@ -67,6 +68,21 @@ describe("a tile's picture", () => {
     const cell = (column: number, row: number) => seen[(row + SOFT) * wide + column + SOFT];
     assert.deepEqual([cell(0, 0), cell(34, 63), cell(35, 0), cell(-1, 0)], [0, 0, 1, 1]);
     assert.equal(seen.filter((each) => each === 0).length, 35 * size);
+  });
+});
+
+describe("letters of rows", () => {
+  const row = (letter: string, north: number) => [1, 2].map((at) => ({ label: `${letter} ${at}`, north, east: 2.5 * at, angle: 0, width: 2.5, length: 5 }));
+  const rows = rowMarks([...row("A", 10), ...row("B", 5), ...row("C", 0)]);
+  const sight = (resolution: number) => ({ width: 400, height: 400, center: [0, 0] as [number, number], resolution, rotation: 0 });
+
+  it("stand before the row, and go out of it where one would cover another one", () => {
+    const near = discsOf(rows, sight(0.05));
+    assert.deepEqual(near.map(([x]) => Math.round(x)), [195, 195, 195]);
+    const far = discsOf(rows, sight(0.4));
+    const apart = far.flatMap(([x, y], one) => far.slice(one + 1).map(([a, b]) => Math.hypot(a - x, b - y)));
+    assert.ok(Math.min(...apart) >= 24, String(apart));
+    assert.ok(far.every(([x]) => x <= 200), "west of the stalls");
   });
 });
 

@@ -12,11 +12,15 @@ export interface RowMark {
   row: string;
   north: number;
   east: number;
+  /** Where the row begins, seen from its stalls: metres north and east, together 1. */
+  out: readonly [number, number];
 }
 
 /** A stall that is narrower on the screen has no number. */
 const LEAST_PX = 18;
 const DISC_PX = 12;
+/** Half discs by which a letter goes out at most. */
+const MOST_STEPS = 6;
 /** Of the stall's length from its middle: there the number stands clear of the question mark. */
 const OFF_MIDDLE = 0.3;
 /** A row's letters stand so far before its first stall, widths of it. */
@@ -35,10 +39,11 @@ export function rowMarks(stalls: readonly Labelled[]): RowMark[] {
   });
 }
 
-function before(first: Labelled, second: Labelled | undefined): { north: number; east: number } {
+function before(first: Labelled, second: Labelled | undefined): Omit<RowMark, "row"> {
   const [up, right] = second ? [first.north - second.north, first.east - second.east] : [-Math.sin(first.angle), -Math.cos(first.angle)];
-  const away = (BEFORE * first.width) / Math.max(0.1, Math.hypot(up, right));
-  return { north: first.north + up * away, east: first.east + right * away };
+  const length = Math.max(0.1, Math.hypot(up, right));
+  const out = [up / length, right / length] as const;
+  return { north: first.north + out[0] * BEFORE * first.width, east: first.east + out[1] * BEFORE * first.width, out };
 }
 
 /** The number of each stall, upright, where it has room. */
@@ -60,13 +65,29 @@ export function drawNumbers(context: CanvasRenderingContext2D, stalls: Iterable<
   }
 }
 
+/** Where discs are drawn: one that would cover another one goes farther out of its row. */
+export function discsOf(rows: readonly RowMark[], sight: Sight): (readonly [number, number])[] {
+  const found: (readonly [number, number])[] = [];
+  const isFree = ([x, y]: readonly [number, number]): boolean => found.every(([a, b]) => Math.hypot(a - x, b - y) >= 2 * DISC_PX);
+  for (const { north, east, out } of rows) {
+    let at = toPixel(sight, [east, north]);
+    for (let step = 1; step <= MOST_STEPS && !isFree(at); step += 1) {
+      const away = step * DISC_PX * sight.resolution;
+      at = toPixel(sight, [east + out[1] * away, north + out[0] * away]);
+    }
+    found.push(at);
+  }
+  return found;
+}
+
 /** The letters of rows, each in a disc. */
 export function drawRows(context: CanvasRenderingContext2D, rows: readonly RowMark[], sight: Sight): void {
   context.font = `700 13px ${FONT_FAMILY}`;
   context.textAlign = "center";
   context.textBaseline = "middle";
-  for (const { row, north, east } of rows) {
-    const [x, y] = toPixel(sight, [east, north]);
+  const places = discsOf(rows, sight);
+  for (const [index, { row }] of rows.entries()) {
+    const [x, y] = places[index] ?? [0, 0];
     const half = Math.max(DISC_PX, context.measureText(row).width / 2 + 6);
     context.beginPath();
     context.roundRect(x - half, y - DISC_PX, 2 * half, 2 * DISC_PX, DISC_PX);

@@ -21,6 +21,8 @@ export interface GroundPlace {
 export type TileAddress = (key: TileKey, version: number) => string;
 
 export const LIVE_TILE: TileAddress = ({ row, column }, version) => `api/mosaic/${row}/${column}.jpg?v=${version}`;
+/** Pictures of the ground that are drawn: the first ones, or all that were asked for. */
+export type Arrived = "first" | "all";
 const HERE: GroundPlace = { north: 0, east: 0, turn: 0 };
 
 interface GroundTile {
@@ -108,6 +110,12 @@ export class GroundTiles {
     }
   }
 
+  /** How many of the pictures that were asked for are here, or cannot be had: none yet, the first ones, or all. */
+  get arrived(): "none" | Arrived {
+    if (this.fetching === 0 && this.wanted.size === 0) return "all";
+    return [...this.tiles.values()].some(({ picture }) => picture !== null) ? "first" : "none";
+  }
+
   takePicture(key: TileKey, version: number): void {
     this.wanted.set(tileName(key), { key, version });
     this.fetchNext();
@@ -170,6 +178,7 @@ export class GroundTiles {
     void this.fetchPicture(key, version).finally(() => {
       this.fetching -= 1;
       this.fetchNext();
+      if (this.fetching === 0) this.changed();
     });
   }
 

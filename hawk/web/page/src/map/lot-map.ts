@@ -14,7 +14,7 @@ import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
-import { type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
+import { type Arrived, type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { PlanEditor, type PlanEditorEvents } from "./plan-editor.ts";
 import type { RowMark } from "./draw-labels.ts";
@@ -32,6 +32,8 @@ export interface LotMapEvents {
   /** The view or something on it moved: what lies over it in the page must move too. */
   moved(): void;
   looking(looking: Looking): void;
+  /** The stalls are drawn, and the first or all pictures of the ground. */
+  drawn?(pictures: Arrived): void;
 }
 
 const HALF_WORLD_M = 5000;
@@ -57,6 +59,8 @@ const ENDED = ["pointerup", "pointercancel"] as const;
 /** The map: a metre grid of its own (east, north), drawn when something changes and not otherwise. */
 export class LotMap {
   looking: Looking = "whole";
+  /** Room for what lies over the map's upper edge while the whole is shown, pixels. */
+  above = 28;
 
   private readonly map: OlMap;
   private readonly view: View;
@@ -361,7 +365,17 @@ export class LotMap {
     this.redrawTimer = window.setTimeout(() => {
       this.redrawTimer = 0;
       this.ground.repaint();
+      this.reportDrawn();
     }, REDRAW_MS);
+  }
+
+  private reportDrawn(): void {
+    const { address, arrived } = this.tiles;
+    if (arrived === "none" || !this.events.drawn) return;
+    this.map.once("rendercomplete", () => {
+      if (address === this.tiles.address) this.events.drawn?.(arrived);
+    });
+    this.map.render();
   }
 
   private drawOverlay(): void {
@@ -404,7 +418,7 @@ export class LotMap {
     const whole = this.whole();
     const size = this.map.getSize();
     if (!whole || !size?.[0] || !size[1]) return;
-    const padding = size[1] < 300 ? [12, 60, 12, 60] : [28, 68, 52, 68];
+    const padding = size[1] < 300 ? [12, 60, 12, 60] : [this.above, 68, 52, 68];
     this.view.fit(whole, { padding, minResolution: 0.05, size });
   }
 

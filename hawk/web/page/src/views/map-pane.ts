@@ -1,4 +1,5 @@
 import { API } from "../link/api.ts";
+import type { Arrived } from "../map/ground-tiles.ts";
 import type { Scene } from "../map/flight-scene.ts";
 import { LotMap, type LotMapEvents } from "../map/lot-map.ts";
 import { MapStore, type Stall } from "../state/map-store.ts";
@@ -12,6 +13,8 @@ const GRID = { cells: 256, cellSize: 0.1 };
 export class MapPane {
   readonly map: LotMap;
   source: SurveyOnMap | null = null;
+  /** How much of the survey's pictures is drawn, with its stalls. */
+  drawn: Arrived | null = null;
   private readonly store = new MapStore();
 
   constructor(holder: HTMLElement, events: LotMapEvents, beside: MapPane | null = null) {
@@ -25,6 +28,7 @@ export class MapPane {
     const before = this.source;
     if (source === before) return false;
     this.source = source;
+    if (source?.survey !== before?.survey) this.drawn = null;
     const { map, store } = this;
     store.stalls.clear();
     for (const stall of source?.stalls ?? []) store.stalls.set(stall.id, stall);

@@ -22,10 +22,10 @@ export class RecordingsView extends View {
     const { value, problem } = this.listed;
     if (this.place.recording !== "" && (value !== null || problem !== "")) return html`<archive-film .place=${this.place} .revision=${this.revision} .recordings=${value ?? []}></archive-film>`;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
-    if (value === null) return html`<p>${say("archive-asking")}</p>`;
+    if (value === null) return html`<p data-asking>${say("archive-asking")}</p>`;
     if (value.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
     return html`<p>${say("archive-recordings-size", { count: value.length, size: bytes(value.reduce((sum, row) => sum + row.bytes, 0)) })}</p>
-      <div class="wide" tabindex="0" role="region" aria-label=${say("view-recordings")}><table>
+      <div class="wide" tabindex="0" role="region" aria-label=${say("view-recordings")}><table class="cards">
         <thead><tr>${(["archive-when", "archive-lot", "archive-length", "archive-size", "archive-keep", "archive-file"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
         <tbody>${value.toReversed().map((row) => this.row(row))}</tbody>
       </table></div>`;
@@ -35,7 +35,7 @@ export class RecordingsView extends View {
     const when = row.began === null ? row.name : moment(row.began, row.lot?.time_zone);
     return html`<tr><th scope="row">${row.under_way ? when : html`<button class="plain link" aria-label=${say("film-watch", { when })} @click=${() => this.go({ recording: row.name, t: "" })}>${when}</button>`}</th><td>${row.lot?.name ?? "–"}</td>
       <td>${row.seconds === null ? "–" : longDuration(row.seconds)}</td><td>${bytes(row.bytes)}</td>
-      <td><input type="checkbox" .checked=${row.keep} ?disabled=${!this.mayChange} aria-label=${say("archive-keep-of", { when })} @change=${(event: Event) => void this.keep(row, (event.target as HTMLInputElement).checked)} /></td>
+      <td data-column=${say("archive-keep")}><input type="checkbox" .checked=${row.keep} ?disabled=${!this.mayChange} aria-label=${say("archive-keep-of", { when })} @change=${(event: Event) => void this.keep(row, (event.target as HTMLInputElement).checked)} /></td>
       <td>${row.under_way ? say("archive-under-way") : this.mayChange ? this.actions(row, when) : "–"}</td></tr>`;
   }
 

@@ -2,6 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, state } from "lit/decorators.js";
 import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
 import { cardPlace, type Extent, scaleBar } from "../map/geometry.ts";
+import type { Arrived } from "../map/ground-tiles.ts";
 import type { Stall } from "../state/map-store.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { icon, type IconName } from "../ui/icons.ts";
@@ -21,6 +22,8 @@ import { swipeHandle } from "./swipe.ts";
 const ZOOM = 1.6;
 const NOBODY = new EventTarget();
 const LONGEST_BAR_PX = 120;
+/** Height of the cards of two surveys, with the room about them. */
+const CARDS_PX = 88;
 const CARD = { width: 120, height: 192 };
 /** A side whose share of the map is less has no room for its card. */
 const LEAST_SHARE = 0.12;
@@ -155,6 +158,7 @@ export class SurveyMap extends LitElement {
     this.makePanes();
     if (changed.has("theme") && changed.get("theme") !== undefined) for (const { map } of this.panes) map.recolour();
     const isOther = this.panes.map((pane, index) => pane.show((index === 0 ? this.source : this.later) ?? null));
+    this.markDrawn();
     if (isOther[0]) this.showWhole();
     this.showPlan(changed.has("isPlanning"));
     this.panes.forEach((pane, index) => pane.mark(index === 0 ? this.scene : EMPTY_SCENE, this.marked, pane.stall(this.idIn(index))));
@@ -192,8 +196,22 @@ export class SurveyMap extends LitElement {
       const looking = (how: string): void => {
         if (how === "free") this.panes.forEach(({ map }, other) => (other === index ? undefined : map.stay()));
       };
-      this.panes.push(new MapPane(holder, { clicked, moved: () => this.placeMarks(), looking }, this.panes[0] ?? null));
+      const drawn = (pictures: Arrived): void => {
+        const pane = this.panes[index];
+        if (pane?.source) pane.drawn = pictures;
+        this.markDrawn();
+      };
+      const pane = new MapPane(holder, { clicked, moved: () => this.placeMarks(), looking, drawn }, this.panes[0] ?? null);
+      if (this.isPair) pane.map.above = CARDS_PX;
+      this.panes.push(pane);
     }
+  }
+
+  /** Names on the element what is drawn: "first" pictures or "all", and the stalls. What measures the map waits for it. */
+  private markDrawn(): void {
+    const drawn = this.panes.map((pane) => pane.drawn);
+    if (drawn.includes(null)) delete this.dataset.drawn;
+    else this.dataset.drawn = drawn.includes("first") ? "first" : "all";
   }
 
   private showWhole(): void {

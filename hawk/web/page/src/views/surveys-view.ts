@@ -131,7 +131,7 @@ export class SurveysView extends View {
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
         ${value === null ? nothing : rows(value)}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
-        <p class="sub">${[sourceOf(row), row.program].filter((each) => each !== "").join(" · ")}</p>
+        <p class="sub">${[sourceOf(row), row.program && `hawk ${row.program}`].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
         ${this.mayChange ? html`${this.actions(row)}<hawk-changes .clock=${this.about.value?.clock ?? "UTC"} .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
       </section>`}`;
