@@ -1,5 +1,5 @@
 import { html, nothing, type TemplateResult } from "lit";
-import { customElement } from "lit/decorators.js";
+import { customElement, property } from "lit/decorators.js";
 import type { Change } from "../api.ts";
 import { API, type Part, post, query, read } from "../link/api.ts";
 import { say } from "../words/say.ts";
@@ -25,6 +25,8 @@ const KINDS = {
 /** The newest changes that persons made in a lot, each with its undo: it lasts longer than the page. */
 @customElement("hawk-changes")
 export class ChangesList extends View {
+  /** The lot's time zone, whose clock all times of the view are by. */
+  @property() clock = "UTC";
   private readonly listed = new Asked<Part<Change>>(this);
 
   override willUpdate(): void {
@@ -43,8 +45,8 @@ export class ChangesList extends View {
     const { kind, who, made, undone, kept } = change;
     const words = Object.hasOwn(KINDS, kind) ? say(KINDS[kind as keyof typeof KINDS]) : kind;
     const can = undone === null && kept === null && this.mayChange;
-    return html`<li><span>${words} <span class="sub">${[moment(made), who, undone === null ? "" : say("change-undone")].filter((each) => each !== "").join(" · ")}</span></span>
-      ${can ? html`<button class="small" aria-label=${say("change-undo", { change: words, when: moment(made) })} @click=${() => void this.undo(change)}>${say("archive-undo")}</button>` : nothing}</li>`;
+    return html`<li><span>${words} <span class="sub">${[moment(made, this.clock), who, undone === null ? "" : say("change-undone")].filter((each) => each !== "").join(" · ")}</span></span>
+      ${can ? html`<button class="small" aria-label=${say("change-undo", { change: words, when: moment(made, this.clock) })} @click=${() => void this.undo(change)}>${say("archive-undo")}</button>` : nothing}</li>`;
   }
 
   private async undo({ seq }: Change): Promise<void> {
