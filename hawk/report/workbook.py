@@ -175,12 +175,12 @@ def _surveys(report: Report, words: Words) -> Sheet:
     )  # fmt: skip
     asked = {each.survey: each for each in report.asked.surveys}
     rows: list[list[Cell]] = []
-    for use, at in zip(report.surveys, _times(report), strict=True):
+    for use in report.surveys:
         share = asked[use.id].occupancy if use.id in asked else use.occupancy
         rows.append(
             [
-                at, _of_moment(use.began.astimezone(report.made.tzinfo)),
-                _of_moment(use.ended.astimezone(report.made.tzinfo)), words("yes") if use.id in asked else None,
+                *(_of_moment(each.astimezone(report.made.tzinfo)) for each in (use.at, use.began, use.ended)),
+                words("yes") if use.id in asked else None,
                 *(_ranged(share) if use.id in asked or report.is_whole else (None, None, None)),
                 use.free, use.taken, use.unknown, None, source_of(use, words), use.id,
             ]
@@ -189,12 +189,6 @@ def _surveys(report: Report, words: Words) -> Sheet:
         [_of_moment(each.at), *[None] * 9, words(f"why-{each.why}")] for each in report.missing
     ]
     return Sheet(words("surveys"), columns, [*rows, *missing])
-
-
-def _times(report: Report) -> list[Cell]:
-    """Return the moment of each survey: the mean of its looks where the answer has it, else its end."""
-    at = {each.survey: _moment_of(each) for each in report.asked.surveys}
-    return [at.get(use.id) or _of_moment(use.ended.astimezone(report.made.tzinfo)) for use in report.surveys]
 
 
 def _stalls(report: Report, words: Words) -> Sheet:

@@ -14,6 +14,9 @@ from hawk.stats.values import Estimate
 class SurveyUse(CountedSurvey):
     """A survey with its share of taken stalls. `left_out`: why no figure uses it; empty where figures do."""
 
+    at: Annotated[
+        Utc, Field(description="its moment: the mean time of its observations, the end of one that is left out")
+    ]
     accuracy: Annotated[float | None, Field(description="metres, the receiver's own estimate at the landing")]
     occupancy: Estimate
     left_out: str
@@ -24,7 +27,7 @@ class NextSurvey(Shown):
     """A survey next to those of an answer."""
 
     id: Id
-    ended: Utc
+    at: Utc
 
 
 class SurveysUse(Shown):

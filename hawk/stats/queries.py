@@ -83,6 +83,7 @@ def surveys_use(
     panel = read_panel(connection, lot, period, chosen)
     shares = dict(zip((survey.id for survey in panel.surveys), count(panel, whole(panel)).shares(), strict=True))
     reasons = {each.survey: each.why for each in panel.left_out}
+    at = {each.id: moment(each.at) for each in panel.surveys} | {each.survey: each.ended for each in panel.left_out}
     columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
     is_of = SURVEY.c.lot == lot if chosen is None else SURVEY.c.id.in_(chosen)
     asked = select(*columns).where(is_of, *period.may_have()).order_by(*newest_first())
@@ -92,7 +93,8 @@ def surveys_use(
         row, counts = pair
         return SurveyUse(
             **{name: row[name] for name in _SHOWN} | counts | source_json(row),
-            found=row["free"] + row["taken"] + row["unknown"], began=moment(row["began"]), ended=moment(row["ended"]),
+            found=row["free"] + row["taken"] + row["unknown"], at=at[row["id"]],
+            began=moment(row["began"]), ended=moment(row["ended"]),
             occupancy=shares.get(row["id"], NOTHING),
             left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
         )  # fmt: skip
@@ -140,9 +142,9 @@ def _beside(
         return None
     else:
         is_beside = at > _MOMENT if is_earlier else at <= _MOMENT
-    asked = select(SURVEY.c.id, SURVEY.c.ended).where(SURVEY.c.lot == lot, is_beside).order_by(*order).limit(1)
+    asked = select(SURVEY.c.id, _MOMENT.label("at")).where(SURVEY.c.lot == lot, is_beside).order_by(*order).limit(1)
     row = connection.execute(asked).first()
-    return None if row is None else NextSurvey(id=row.id, ended=moment(row.ended))
+    return None if row is None else NextSurvey(id=row.id, at=moment(row.at))
 
 
 def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:

@@ -82,6 +82,7 @@ async def served(folder: Path) -> AsyncIterator[Served]:
         version="0",
         simulation=True,
         camera_fov_deg=70.0,
+        travel_speed_m_s=4.0,
         loop_lag=lambda: LagSummary(0.0, 0.0, 0.0, 0),
         lots=store,
         recordings=recordings,

@@ -78,6 +78,7 @@ class FuzzRig:
             version="fuzz",
             simulation=True,
             camera_fov_deg=70.0,
+            travel_speed_m_s=4.0,
             loop_lag=lambda: LagSummary(None, None, None, 0),
             reads_per_s=math.inf,
         )

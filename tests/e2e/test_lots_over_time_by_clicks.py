@@ -39,7 +39,7 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
     for number, (hours, taken) in enumerate(FLOWN):
         one = seen(dict.fromkeys(range(1, taken + 1), StallState.TAKEN))
         at = BEGAN + 3600 * hours
-        stalls = tuple(replace(stall, looked=at - 60) for stall in one.stalls)
+        stalls = tuple(replace(stall, looked=at) for stall in one.stalls)
         with store.writing() as connection:
             save(connection, replace(one, name=f"{number:06d}-X", began=at - 600, ended=at, stalls=stalls), register)
     store.close()
@@ -115,6 +115,11 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await main.get_by_role("button", name="Undo: Survey deleted").click()
     await expect(ticks).to_have_count(len(FLOWN))
 
+    await page.goto(f"{address}#/lots/00000000-0000-4000-8000-000000000099")
+    await page.reload()
+    await expect(page.get_by_role("alert")).to_contain_text("The lot of this address is not there")
+    assert all("404" in error for error in errors)
+    errors.clear()
     await view(page, "Compare")
     await expect(main).to_contain_text("5 more free of the 20 seen in both")
     changed = main.get_by_role("listitem").get_by_role("button", name="taken, now free")

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -15,7 +16,8 @@ from hawk.lots.values import FinishedSurvey, NotFoundError
 from hawk.model.lot_map import StallState
 from hawk.stats.answers import SurveysUse
 from hawk.stats.period import period_of
-from hawk.stats.queries import surveys_use
+from hawk.stats.queries import ask, surveys_use
+from hawk.stats.use_query import Asked
 from tests.unit.lots import surveys, whole
 from tests.unit.stats.test_panel import EVER, later, lot_of, seen
 
@@ -38,6 +40,16 @@ def test_surveys_are_listed_with_their_share_the_newest_first(store: Database) -
     assert newest["occupancy"]["low"] < 0.5 < newest["occupancy"]["high"]
     assert first["occupancy"]["value"] == 0.0
     assert first["ended"] < newest["ended"]
+
+
+def test_a_survey_is_shown_by_the_moment_of_its_looks_and_one_that_no_figure_uses_by_its_end(store: Database) -> None:
+    lot = lot_of(store, flown_on(1), replace(flown_on(2), time_is_sure=False))
+    with store.reading() as connection:
+        unsure, sure = surveys_use(connection, lot, EVER).surveys
+        asked = ask(connection, lot, EVER, Asked())
+    assert unsure.at == unsure.ended
+    assert sure.at == sure.ended - timedelta(seconds=60)
+    assert [datetime.fromisoformat(each.at) for each in asked.surveys] == [sure.at]
 
 
 def test_pictures_of_an_earlier_day_are_listed_at_their_date(store: Database) -> None:

@@ -450,7 +450,7 @@ export interface MissedStall {
 /** A survey next to those of an answer. */
 export interface NextSurvey {
   id: string;
-  ended: string;
+  at: string;
 }
 
 /** Look of a survey at a stall. `picture_count`: pictures behind it. */
@@ -884,6 +884,7 @@ export interface SurveyUse {
   program: string;
   began: string;
   ended: string;
+  at: string;
   accuracy: number | null;
   occupancy: Estimate;
   left_out: string;

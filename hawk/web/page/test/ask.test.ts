@@ -70,6 +70,7 @@ describe("days and hours of a question", () => {
     assert.deepEqual(of("2026-02-01", "2026-02-28"), ["month", "February 2026"]);
     assert.deepEqual(of("2026-05-04", "2026-05-31"), ["days", "4 May 2026 to 31 May 2026"]);
     assert.deepEqual(of("", ""), ["all", "all surveys"]);
+    assert.deepEqual(of("2026-13-45", ""), ["days", "2026-13-45 on"], "what is no day stands as it was written");
   });
 
   it("are a line for a terminal, in which a name is one word", () => {
@@ -102,18 +103,21 @@ describe("Report", () => {
   let hash: string;
   let route: Route;
   let views: LotViews;
+  /** In place of the answer that is made of the question. */
+  let found: AskedUse | null;
 
   beforeEach(() => {
     reads = [];
+    found = null;
     globalThis.fetch = (address) => {
       reads.push(address as string);
       const [path = "", search = ""] = (address as string).split("?");
       const given = new URLSearchParams(search);
-      if (path.endsWith("/ask")) return Promise.resolve(given.get("row") === "Z" ? refusal(400, "the lot has none that is called 'Z'", { field: "row" }) : Response.json(answer(daysOf(given.get("weekday") ?? ""), hoursOf(given.get("hour") ?? ""))));
+      if (path.endsWith("/ask")) return Promise.resolve(given.get("row") === "Z" ? refusal(400, "the lot has none that is called 'Z'", { field: "row" }) : Response.json(found ?? answer(daysOf(given.get("weekday") ?? ""), hoursOf(given.get("hour") ?? ""))));
       if (path.endsWith("/statistics")) return Promise.resolve(Response.json({ parts: given.get("by") === "row" ? [{ name: "A" }, { name: "B" }] : [] }));
       if (path.endsWith("/report.pdf")) return Promise.resolve(refusal(501, "install hawk-drone[report]"));
       if (path.endsWith("/report.xlsx")) return Promise.resolve(new Response("12345", { headers: { "Content-Disposition": 'attachment; filename="Market Street.xlsx"' } }));
-      return Promise.resolve(Response.json({ lot: LOT, name: "Market Street", clock: "America/Toronto", surveys: [{ id: ONE, ended: "2026-05-04T12:20:00Z", left_out_code: "", occupancy: estimate(0.5, 1) }] }));
+      return Promise.resolve(Response.json({ lot: LOT, name: "Market Street", clock: "America/Toronto", surveys: [{ id: ONE, at: "2026-05-04T12:20:00Z", left_out_code: "", occupancy: estimate(0.5, 1) }] }));
     };
   });
 
@@ -154,6 +158,16 @@ describe("Report", () => {
     const rows = [...views.querySelectorAll(".figures tr")].map(words);
     assert.deepEqual(rows.slice(1), ["Mon8:00–9:00286 %76 to 91 %", "Mon10:00–11:00295 %85 to 100 %", "All, each survey once490 %80 to 95 %"]);
     assert.match(words(views), /Other rows, same hours: A 30 % hawk-drone stats 'Market Street' --row B/);
+  });
+
+  it("says why there is no answer: nobody flew then, no survey counts, or the lot has none", async () => {
+    const none = { value: null, low: null, high: null, surveys: 0 };
+    const empty = { ...answer([0], [8]), occupancy: none, surveys: [], fullest: null, emptiest: null };
+    for (const [search, leftOut, said] of [["days=mon", 0, /Nobody flew then/], ["days=mon", 2, /No survey of then counts\. *2 surveys of this period are left out/], ["", 0, /This lot has no survey yet/]] as const) {
+      found = { ...empty, left_out: Array.from({ length: leftOut }, () => ({ survey: ONE, ended: "2026-05-04T12:20:00Z", why: "" })) };
+      await open(search);
+      assert.match(words(views.querySelector(".answer")!), said);
+    }
   });
 
   it("says each hour of the week to a screen reader: share, surveys and interval, or that nobody flew", async () => {
@@ -239,9 +253,9 @@ describe("Report", () => {
 });
 
 describe("whose clock it is", () => {
-  it("stands once in the bar, with the newest survey's time by it", async () => {
+  it("stands once in the bar, with the newest survey's day by it", async () => {
     const lot = { id: LOT, name: "Market Street", time_zone: "America/Toronto", survey_count: 15, last_survey: { id: ONE, ended: "2026-05-11T14:02:00Z" } };
-    for (const [place, said] of [[`#/lots/${LOT}`, "Mon 11 May, 10:02 · Toronto time"], [`#/report/${LOT}`, "15 surveys · Toronto time"]] as const) {
+    for (const [place, said] of [[`#/lots/${LOT}`, "Mon 11 May · Toronto time"], [`#/report/${LOT}`, "15 surveys · Toronto time"]] as const) {
       const route = new Route({ hash: () => place, write: () => undefined });
       const top = Object.assign(new TopBar(), { route, place: route.place, views: ["lots"], lots: [lot] });
       document.body.replaceChildren(top);
@@ -278,7 +292,7 @@ describe("a link", () => {
   });
 
   it("shows no view that would be empty: one survey cannot be compared", async () => {
-    const with_ = (count: number) => () => Response.json({ lot: LOT, name: "North", clock: "UTC", surveys: Array.from({ length: count }, (_, k) => ({ id: String(k), ended: "2026-05-11T14:02:00Z", left_out_code: "" })) });
+    const with_ = (count: number) => () => Response.json({ lot: LOT, name: "North", clock: "UTC", surveys: Array.from({ length: count }, (_, k) => ({ id: String(k), at: "2026-05-11T14:02:00Z", ended: "2026-05-11T14:02:00Z", left_out_code: "" })) });
     const shown = async (count: number): Promise<string[]> => [...(await guest(with_(count))).querySelectorAll("nav a")].map(words);
     assert.deepEqual(await shown(0), ["Lots"]);
     assert.deepEqual(await shown(1), ["Lots", "Report"]);

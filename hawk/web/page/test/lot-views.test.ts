@@ -29,7 +29,7 @@ const NONE = { value: null, low: null, high: null, surveys: 0 };
 const HALF = { value: 0.5, low: 0.4, high: 0.6, surveys: 1 };
 
 function survey(id: string, ended: string, more: Partial<SurveyUse> = {}): SurveyUse {
-  return { id, kind: "flown", layout: 1, accuracy: null, left_out: "", placed: "registered", free: 1, taken: 1, unknown: 0, found: 2, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
+  return { id, kind: "flown", layout: 1, accuracy: null, left_out: "", placed: "registered", free: 1, taken: 1, unknown: 0, found: 2, blurred: null, simulated: false, program: "0.3.0", source: "", source_name: "", limits: [], at: ended, began: ended, ended, occupancy: HALF, left_out_code: "", ...more };
 }
 
 /** A stall of some metres at metres east of a place. */
@@ -364,6 +364,32 @@ describe("lots over time", () => {
     assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
   });
 
+  it("say that the survey of an address is gone, and show the newest one", async () => {
+    await open(`#/lots/${LOT}/${TWO}`);
+    assert.doesNotMatch(words(archive), /not there/);
+    route.go({ survey: STALL });
+    await drawn();
+    assert.match(words(archive), /The survey of this address is not there: it was deleted, or moved\. The newest one is shown\. Survey of 2026-05-04 12:00/);
+  });
+
+  it("bring the only survey back when it was deleted", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [] };
+    answers["/changes"] = { next: null, items: [{ seq: 5, kind: "delete", lot: LOT, surveys: [ONE], who: "Ann", made: "2026-05-05T10:00:00Z", undone: null, kept: null }] };
+    await open(`#/lots/${LOT}`);
+    assert.match(words(archive), /This lot has no survey yet/);
+    await press("Undo: Survey deleted, 2026-05-05 10:00");
+    assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
+  });
+
+  it("are shown by the lot's clock, as changes are, and by the moment of their observations, also across midnight", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), clock: "America/Toronto", surveys: [survey(TWO, "2026-05-05T04:03:00Z", { at: "2026-05-05T03:55:00Z" })] };
+    answers["/changes"] = { next: null, items: [{ seq: 5, kind: "name", lot: LOT, surveys: [], who: "Ann", made: "2026-05-05T10:00:00Z", undone: null, kept: null }] };
+    await open(`#/lots/${LOT}/${TWO}`);
+    assert.match(words(archive), /Survey of 2026-05-04 23:55.*Lot named *2026-05-05 06:00/);
+    await press("Day");
+    assert.deepEqual([...archive.querySelectorAll("button.tick")].map((each) => each.getAttribute("aria-label")?.slice(0, 5)), ["23:55"]);
+  });
+
   it("fill the bar by what is asked, and pale what does not count", async () => {
     await open(`#/lots/${LOT}/${TWO}`);
     const bar = archive.querySelector<TimeBar>("hawk-time-bar")!;
@@ -387,7 +413,7 @@ describe("lots over time", () => {
   });
 
   it("go from survey to survey by arrows, beyond the days that are shown", async () => {
-    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")], before: { id: STALL, ended: "2026-04-01T10:00:00Z" }, after: null };
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")], before: { id: STALL, at: "2026-04-01T10:00:00Z" }, after: null };
     await open(`#/lots/${LOT}/${TWO}`);
     const key = async (name: string): Promise<void> => {
       archive.querySelector(".tick.on")?.dispatchEvent(new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
@@ -505,6 +531,14 @@ describe("the days of the bar", () => {
     assert.deepEqual(day?.ticks.map(({ clock, ids, share: part }) => [clock, ids.length, part]), [["10:00", 2, 0.4], ["12:00", 1, null]]);
     const [wide] = daysOf(surveys, [MONDAY], "UTC", hoursOf([]), 1200, () => null);
     assert.equal(wide?.ticks.length, 3);
+  });
+
+  it("leave room for the number of a tick, however many it stands for", () => {
+    const every3 = Array.from({ length: 200 }, (_, k) => at(new Date(MONDAY + 7 * 3_600_000 + k * 180_000).toISOString()));
+    const [day] = daysOf(every3, [MONDAY], "UTC", hoursOf([]), 240, () => null);
+    const ticks = day?.ticks ?? [];
+    assert.ok(ticks.length > 5);
+    ticks.slice(1).forEach(({ left }, k) => assert.ok(left - ticks[k]!.left >= 7 * String(ticks[k]!.ids.length).length + 4, `${k}`));
   });
 
   it("have the hours of all that is shown", () => {

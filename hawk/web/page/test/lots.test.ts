@@ -49,6 +49,15 @@ describe("the lots", () => {
     await stage.drawn();
   };
 
+  it("are reported to the page each time they are read: its bar names the lot that a flight has found", async () => {
+    const heard: unknown[] = [];
+    const hear = (event: Event): void => void heard.push((event as CustomEvent).detail);
+    document.addEventListener("lots-listed", hear);
+    await shown();
+    document.removeEventListener("lots-listed", hear);
+    assert.deepEqual(heard.at(-1), LOTS);
+  });
+
   it("are listed with stalls, surveys and the last day; HTML in a name is text", async () => {
     const stage = await shown();
     const rows = [...stage.part.querySelectorAll("li")].map((row) => words(row));

@@ -886,6 +886,9 @@ export interface Messages {
   "archive-no-survey": Record<string, never>;
   "archive-two-needed": Record<string, never>;
   "archive-none-counts": Record<string, never>;
+  "archive-program": { program: string | number };
+  "survey-gone": Record<string, never>;
+  "lot-gone": Record<string, never>;
   "archive-when": Record<string, never>;
   "archive-free": Record<string, never>;
   "archive-taken": Record<string, never>;
@@ -990,6 +993,7 @@ export interface Messages {
   "ask-behind": { surveys: number; days: number; dates: string | number; clock: string | number };
   "ask-nobody-at": { hours: string | number };
   "ask-none": Record<string, never>;
+  "ask-none-counts": Record<string, never>;
   "ask-none-remedy": Record<string, never>;
   "ask-heat": { part: string | number; when: string | number };
   "ask-heat-keys": Record<string, never>;

@@ -61,11 +61,10 @@ export class TopBar extends LitElement {
   }
 }
 
-/** When the newest survey was, where that is shown; how many there are elsewhere; whose clock it is, also where there is little room. */
+/** The day of the newest survey, where that is shown; how many there are elsewhere; whose clock it is, also where there is little room. */
 function about({ last_survey: last, survey_count: surveys, time_zone: zone }: BarLot, { view, survey }: Place): TemplateResult {
   const isShown = view === "lots" && last !== null && (survey === "" || survey === last.id);
-  const time = { weekday: "short", day: "numeric", month: "short", hour: "numeric", minute: "2-digit" } as const;
-  const when = isShown ? timeOnClock(last.ended, zone, time) : surveys === null ? "" : say("lot-surveys", { surveys });
+  const when = isShown ? timeOnClock(last.ended, zone, { weekday: "short", day: "numeric", month: "short" }) : surveys === null ? "" : say("lot-surveys", { surveys });
   return html`${when === "" ? nothing : html`<span class="when">${when} · </span>`}${clockWords(zone)}`;
 }
 

@@ -52,6 +52,8 @@ export class App extends LitElement {
   @state() private lots: ListedLot[] | null = null;
   /** A recording is shown without a store of lots: there is nothing else to see. */
   @state() private isAlone = false;
+  /** The lot that the address named is not there: the first one is shown. */
+  @state() private isLotGone = false;
   private listedFor: ViewName | null = null;
   @state() private panel: Panel = "none";
   @state() private survey = false;
@@ -65,6 +67,7 @@ export class App extends LitElement {
   constructor() {
     super();
     new RedrawOnChange(this, () => this.model);
+    this.addEventListener("lots-listed", (event) => this.list((event as CustomEvent<ListedLot[]>).detail));
     this.addEventListener("open-panel", (event) => this.open((event as CustomEvent<string>).detail));
     this.dark.addEventListener("change", () => this.dress());
   }
@@ -127,7 +130,7 @@ export class App extends LitElement {
             ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
       ${isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
-      ${isAway ? html`<div class="view" role="main">${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
+      ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
       ${isDesk ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
       ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>` : nothing}`;
   }
@@ -173,6 +176,7 @@ export class App extends LitElement {
     const { view } = this.route.place;
     if (view !== this.listedFor && view !== "fly") void this.listLots();
     this.listedFor = view;
+    this.isLotGone = false;
     this.requestUpdate();
   };
 
@@ -180,9 +184,18 @@ export class App extends LitElement {
   private async listLots(): Promise<void> {
     const asked = readAll<ListedLot>("lots");
     asked.catch((error: unknown) => (this.isAlone = error instanceof Refused && error.status === NOT_THERE));
-    this.lots = (await orNull(asked)) ?? this.lots;
-    const [first] = this.lots ?? [];
-    if (first && !this.lots?.some(({ id }) => id === this.route.place.lot)) this.route.settle({ lot: first.id });
+    this.list((await orNull(asked)) ?? this.lots ?? []);
+  }
+
+  /** An address of a lot that is not there says so: another lot has other figures. */
+  private list(lots: ListedLot[]): void {
+    this.lots = lots;
+    const { lot } = this.route.place;
+    if (lots.some(({ id }) => id === lot)) return;
+    const [first] = lots;
+    if (!first) return;
+    this.route.settle({ lot: first.id });
+    this.isLotGone = lot !== "";
   }
 
   private sheet(): TemplateResult | typeof nothing {

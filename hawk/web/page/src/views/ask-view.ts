@@ -36,9 +36,14 @@ export class AskView extends View {
     return html`<div class="ask">
       ${this.question()}
       ${problem === "" ? nothing : html`<p class="card" role="alert">${problem}</p>`}
-      ${value === null ? (problem === "" ? html`<p class="card answer">${say("archive-asking")}</p>` : nothing) : html`${answer(value)} ${this.heat(value)} ${this.figures(value)}`}
+      ${value === null ? (problem === "" ? html`<p class="card answer">${say("archive-asking")}</p>` : nothing) : html`${this.answer(value)} ${this.heat(value)} ${this.figures(value)}`}
       <hawk-time-bar .source=${this.source} .lot=${this.place.lot} .revision=${this.revision} .marked=${new Set(shares.keys())} .shares=${shares} .spoken=${language()} @survey=${(event: CustomEvent<string>) => this.go({ view: "lots", survey: event.detail })}></hawk-time-bar>
     </div>`;
+  }
+
+  private answer(value: AskedUse): TemplateResult {
+    const { days, hours, from, to } = this.place;
+    return answer(value, days + hours + from + to === "");
   }
 
   private question(): TemplateResult {
@@ -92,8 +97,8 @@ export class AskView extends View {
     this.listed.ask(`${this.place.lot} ${this.revision}`, () => this.source.surveys({ from: "", to: "" }));
     const { surveys, clock } = this.listed.value ?? { surveys: [], clock: "UTC" };
     const months = new Map<string, number>();
-    for (const { ended } of surveys) {
-      const month = moment(ended, clock).slice(0, 7);
+    for (const { at } of surveys) {
+      const month = moment(at, clock).slice(0, 7);
       months.set(month, (months.get(month) ?? 0) + 1);
     }
     const chosen = monthOf(this.place);
@@ -154,12 +159,19 @@ function picker(label: string, word: string, choices: () => TemplateResult): Tem
   return html`<archive-picker .label=${label} .word=${word} .choices=${choices}></archive-picker>`;
 }
 
-function answer(value: AskedUse): TemplateResult {
-  if (value.occupancy.value === null) return html`<section class="card answer" aria-live="polite"><p class="large">${say("ask-none")}</p><p>${say("ask-none-remedy")}</p></section>`;
+function answer(value: AskedUse, isOfAll: boolean): TemplateResult {
+  if (value.occupancy.value === null) return html`<section class="card answer" aria-live="polite">${noAnswer(value.left_out.length, isOfAll)}</section>`;
   return html`<section class="card answer" aria-live="polite">
     <p class="share"><b class="large">${say("ask-taken", { value: percentOf(value.occupancy.value) })}</b><span class="sub">${`${lowHigh(value.occupancy)}, ${say("ask-times", { times: number(10 * value.interval) })}`}</span></p>
     <div><p>${answerWords(value)}</p><p class="sub">${behindWords(value)}</p></div>
   </section>`;
+}
+
+/** Why there is no figure: surveys that do not count are no hours that nobody flew. */
+function noAnswer(leftOut: number, isOfAll: boolean): TemplateResult {
+  if (leftOut > 0) return html`<p class="large">${say("ask-none-counts")}</p><p>${say("archive-left-out-count", { surveys: leftOut })}</p>`;
+  if (isOfAll) return html`<p>${say("archive-no-survey")}</p>`;
+  return html`<p class="large">${say("ask-none")}</p><p>${say("ask-none-remedy")}</p>`;
 }
 
 function shareCells(share: Estimate): TemplateResult {

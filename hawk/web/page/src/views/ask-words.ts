@@ -69,7 +69,7 @@ export function periodWords(place: Pick<Place, "from" | "to">): { period: "all" 
   const { from, to } = place;
   const month = monthOf(place);
   if (month !== "") return { period: "month", when: monthWords(month) };
-  const day = (text: string): string => dayWords(Date.parse(text), { day: "numeric", month: "long", year: "numeric" });
+  const day = (text: string): string => Number.isNaN(Date.parse(text)) ? text : dayWords(Date.parse(text), { day: "numeric", month: "long", year: "numeric" });
   if (from !== "" && to !== "") return { period: "days", when: say("ask-dates", { first: day(from), last: day(to) }) };
   if (from !== "") return { period: "days", when: say("ask-since", { day: day(from) }) };
   if (to !== "") return { period: "days", when: say("ask-until", { day: day(to) }) };

@@ -25,7 +25,7 @@ const KINDS = {
 /** The newest changes that persons made in a lot, each with its undo: it lasts longer than the page. */
 @customElement("hawk-changes")
 export class ChangesList extends View {
-  /** The lot's time zone. */
+  /** The lot's time zone, whose clock all times of the view are by. */
   @property() clock = "UTC";
   private readonly listed = new Asked<Part<Change>>(this);
 

@@ -63,9 +63,9 @@ export class CompareView extends View {
     const counted = newest.filter((row) => row.left_out_code === "");
     const of = (end: End): SurveyUse | undefined => (this.place[end] === "" ? undefined : this.named[end].value?.surveys.find(({ id }) => id === this.place[end]));
     const after = of("after") ?? (this.place.after === "" || this.isGone("after") ? counted.find(({ id }) => id !== this.place.before) : undefined);
-    const before = of("before") ?? (this.place.before === "" || this.isGone("before") ? counted.find((row) => row.id !== after?.id && (after === undefined || row.ended <= after.ended)) : undefined);
+    const before = of("before") ?? (this.place.before === "" || this.isGone("before") ? counted.find((row) => row.id !== after?.id && (after === undefined || row.at <= after.at)) : undefined);
     if (!before || !after) return null;
-    return Date.parse(before.ended) <= Date.parse(after.ended) ? { before, after } : { before: after, after: before };
+    return Date.parse(before.at) <= Date.parse(after.at) ? { before, after } : { before: after, after: before };
   }
 
   override render(): TemplateResult {
@@ -84,7 +84,7 @@ export class CompareView extends View {
   }
 
   private shownMap(pair: Record<End, SurveyUse>, clock: string): TemplateResult {
-    const cards = ENDS.map((end): SideCard => ({ title: dayAndTime(pair[end].ended, clock), detail: say("compare-free-of", { free: pair[end].free, stalls: pair[end].free + pair[end].taken + pair[end].unknown }) }));
+    const cards = ENDS.map((end): SideCard => ({ title: dayAndTime(pair[end].at, clock), detail: say("compare-free-of", { free: pair[end].free, stalls: pair[end].free + pair[end].taken + pair[end].unknown }) }));
     const { marked, earlier } = this.changedOnMap();
     const { by, at, stall } = this.place;
     return html`<hawk-survey-map .source=${this.maps.before.value} .later=${this.maps.after.value} .cards=${cards} .by=${by || "swipe"} .at=${at === "" ? 0.5 : Number(at)} .marked=${marked} .earlier=${earlier} .chosen=${stall}
@@ -108,7 +108,7 @@ export class CompareView extends View {
     return html`<section class="card about" aria-label=${say("archive-changes")}>
       <h2 class="unseen">${say("archive-changes")}</h2>
       <div class="ends" role="group" aria-label=${say("compare-ends")}>${ENDS.map(
-        (end) => html`<button aria-pressed=${end === this.end} @click=${() => (this.end = end)}><span class="sub">${say(`archive-${end}`)}</span> <b>${dayAndTime(pair[end].ended, clock)}</b></button>`,
+        (end) => html`<button aria-pressed=${end === this.end} @click=${() => (this.end = end)}><span class="sub">${say(`archive-${end}`)}</span> <b>${dayAndTime(pair[end].at, clock)}</b></button>`,
       )}</div>
       <p class="sub hint">${say("compare-choose", { end: say(`archive-${this.end}`) })}</p>
       ${ENDS.map((end) => (this.isGone(end) ? html`<p role="alert">${say("compare-end-gone", { end: say(`archive-${end}`) })}</p>` : nothing))}

@@ -79,11 +79,16 @@ export class SurveysView extends View {
     return surveys.find(({ id }) => id === this.place.survey) ?? surveys.find((row) => row.left_out_code === "") ?? surveys[0];
   }
 
+  /** Whether the lot has no survey that the address names: another one is shown. */
+  private isGone(shown: SurveyUse): boolean {
+    return this.place.survey !== "" && shown.id !== this.place.survey && !this.about.waiting;
+  }
+
   override render(): TemplateResult {
     const { value, problem } = this.about;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
-    if (value.surveys.length === 0) return html`<p>${say("archive-no-survey")}</p>`;
+    if (value.surveys.length === 0) return html`<p>${say("archive-no-survey")}</p>${this.changes(value.clock)}`;
     const chosen = this.chosen();
     return html`<div class="lot">
         ${chosen ? this.one(chosen) : nothing}
@@ -91,6 +96,11 @@ export class SurveysView extends View {
           @survey=${(event: CustomEvent<string>) => this.go({ survey: event.detail })} @period=${(event: CustomEvent<Period>) => this.show(event.detail)}></hawk-time-bar>
       </div>
       <details class="card"><summary>${say("archive-list")}</summary>${this.table(this.listed.value?.surveys ?? [])}</details>`;
+  }
+
+  /** They undo a deletion also where it was that of the only survey. */
+  private changes(clock: string): TemplateResult | typeof nothing {
+    return this.mayChange ? html`<hawk-changes .source=${this.source} .place=${this.place} .revision=${this.revision} .clock=${clock} mayChange></hawk-changes>` : nothing;
   }
 
   private show(period: Period): void {
@@ -109,7 +119,7 @@ export class SurveysView extends View {
       <thead><tr>${(["archive-when", "archive-free", "archive-taken", "archive-unknown", "archive-occupancy", "archive-note"] as const).map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${surveys.map(
         (row) => html`<tr class=${row.id === this.place.survey ? "on" : ""}>
-          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.ended, this.about.value?.clock)}</button></th>
+          <th scope="row"><button class="plain link" aria-pressed=${row.id === this.place.survey} @click=${() => this.go({ survey: row.id })}>${moment(row.at, this.about.value?.clock)}</button></th>
           ${named("archive-free", row.free)}${named("archive-taken", row.taken)}${named("archive-unknown", row.unknown)}
           ${named("archive-occupancy", share(row.occupancy))}<td>${notes(row)}</td>
         </tr>`,
@@ -121,9 +131,10 @@ export class SurveysView extends View {
     const { value, problem } = this.shown;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
     const stalls = row.free + row.taken + row.unknown;
-    const title = say("archive-survey-of", { when: moment(row.ended, this.about.value?.clock) });
+    const title = say("archive-survey-of", { when: moment(row.at, this.about.value?.clock) });
     return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} .operator=${this.operator} .isPlanning=${this.isPlanning} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
       ${this.isPlanning ? html`<hawk-plan .model=${this.operator} placed="survey"></hawk-plan>` : html`<section class="card about" aria-label=${title}>
+        ${this.isGone(row) ? html`<p role="alert">${say("survey-gone")}</p>` : nothing}
         <h2>${title}</h2>
         <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls })}</p>
         ${row.found === stalls ? nothing : html`<p class="sub">${say("survey-found", { found: row.found, stalls })}</p>`}
@@ -131,9 +142,9 @@ export class SurveysView extends View {
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
         ${value === null ? nothing : rows(value)}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
-        <p class="sub">${[sourceOf(row), row.program && `hawk ${row.program}`].filter((each) => each !== "").join(" · ")}</p>
+        <p class="sub">${[sourceOf(row), say("archive-program", { program: row.program })].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
-        ${this.mayChange ? html`${this.actions(row)}<hawk-changes .clock=${this.about.value?.clock ?? "UTC"} .source=${this.source} .place=${this.place} .revision=${this.revision} mayChange></hawk-changes>` : nothing}
+        ${this.mayChange ? this.actions(row) : nothing}${this.changes(this.about.value?.clock ?? "UTC")}
       </section>`}`;
   }
 
@@ -167,7 +178,7 @@ export class SurveysView extends View {
       const { seq } = await post<{ seq: number }>(`surveys/${row.id}/delete`);
       this.go({ survey: "" });
       this.changed();
-      this.said(say("archive-survey-deleted", { when: moment(row.ended, this.about.value?.clock) }), () => post(`changes/${seq}/undo`));
+      this.said(say("archive-survey-deleted", { when: moment(row.at, this.about.value?.clock) }), () => post(`changes/${seq}/undo`));
     } catch (error) {
       this.said(wordsOf(error));
     }

@@ -31,8 +31,9 @@ const FEW_DAYS = 3;
 const AFTER_MONDAY = 3;
 /** Hours that are shown in any case. */
 const USUAL: Hours = [7, 19];
-/** Ticks nearer than this, pixels, are one. */
+/** Ticks nearer than this, pixels, are one; so much more for each digit of their number beyond the first. */
 export const APART_PX = 12;
+const DIGIT_PX = 7;
 
 /** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
 export function onClock(time: string | number, zone?: string): number {
@@ -76,18 +77,23 @@ export function leftOf(clock: number, [first, last]: Hours, width: number): numb
 
 /** The surveys of days, by the lot's clock; those that lie too near are one. `width`: of a day, pixels. */
 export function daysOf(surveys: readonly SurveyUse[], midnights: readonly number[], zone: string, hours: Hours, width: number, shareOf: (survey: SurveyUse) => number | null): Day[] {
-  const placed = surveys.map((survey) => ({ survey, clock: onClock(survey.ended, zone) })).sort((one, other) => one.clock - other.clock);
+  const placed = surveys.map((survey) => ({ survey, clock: onClock(survey.at, zone) })).sort((one, other) => one.clock - other.clock);
   return midnights.map((date) => {
     const groups: { left: number; clock: number; surveys: [SurveyUse, ...SurveyUse[]] }[] = [];
     for (const { survey, clock } of placed) {
       if (clock < date || clock >= date + DAY_MS) continue;
       const left = leftOf(clock, hours, width);
       const last = groups.at(-1);
-      if (last && left - last.left < APART_PX) last.surveys.push(survey);
+      if (last && left - last.left < apart(last.surveys.length)) last.surveys.push(survey);
       else groups.push({ left, clock, surveys: [survey] });
     }
     return { date, ticks: groups.map(({ left, clock, surveys: all }) => tickOf(all, left, clock, shareOf)) };
   });
+}
+
+/** The number of surveys stands above its tick: the next one leaves it room. */
+function apart(surveys: number): number {
+  return APART_PX + DIGIT_PX * (String(surveys).length - 1);
 }
 
 function tickOf(all: readonly [SurveyUse, ...SurveyUse[]], left: number, clock: number, shareOf: (survey: SurveyUse) => number | null): Tick {

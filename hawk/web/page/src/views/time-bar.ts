@@ -96,7 +96,7 @@ export class TimeBar extends LitElement {
 
   private midnights(): number[] {
     const survey = this.about.value?.surveys[0];
-    const at = this.anchor ?? onClock(survey?.ended ?? Date.now(), this.zone);
+    const at = this.anchor ?? onClock(survey?.at ?? Date.now(), this.zone);
     return midnightsOf(at, this.span, this.width < NARROW_PX);
   }
 
@@ -131,9 +131,9 @@ export class TimeBar extends LitElement {
     const dayWidth = this.width / midnights.length;
     const inSight = (clock: number): boolean => clock >= (midnights[0] ?? 0) && clock < (midnights.at(-1) ?? 0) + DAY_MS;
     const clocks = (all: readonly string[]): number[] => all.map((each) => onClock(each, this.zone)).filter(inSight);
-    const surveys = (this.listed.value?.surveys ?? []).filter(({ ended }) => inSight(onClock(ended, this.zone)));
+    const surveys = (this.listed.value?.surveys ?? []).filter(({ at }) => inSight(onClock(at, this.zone)));
     const due = clocks(this.due.value ?? []);
-    const hours = hoursOf([...clocks([...surveys, ...(this.deleted.value ?? [])].map(({ ended }) => ended)), ...due]);
+    const hours = hoursOf([...clocks([...surveys.map(({ at }) => at), ...(this.deleted.value ?? []).map(({ ended }) => ended)]), ...due]);
     const days = daysOf(surveys, midnights, this.zone, hours, dayWidth, (each) => this.shareOf(each));
     const isKnown = this.listed.value !== null;
     return html`<section class="timebar" aria-label=${say("time-bar")}>
@@ -217,7 +217,7 @@ export class TimeBar extends LitElement {
 
   private clockOf(id: string): number | null {
     const row = [...(this.listed.value?.surveys ?? []), ...(this.about.value?.surveys ?? [])].find((each) => each.id === id);
-    return row ? onClock(row.ended, this.zone) : null;
+    return row ? onClock(row.at, this.zone) : null;
   }
 
   private dueWords(clock: number): string {
@@ -258,7 +258,7 @@ export class TimeBar extends LitElement {
   }
 
   private beside(step: 1 | -1): string | undefined {
-    const all = (this.listed.value?.surveys ?? []).toSorted((one, other) => Date.parse(one.ended) - Date.parse(other.ended));
+    const all = (this.listed.value?.surveys ?? []).toSorted((one, other) => Date.parse(one.at) - Date.parse(other.at));
     const at = all.findIndex(({ id }) => id === this.followed);
     if (at >= 0 && all[at + step]) return all[at + step]?.id;
     const { before, after } = (at >= 0 ? this.listed.value : this.about.value) ?? {};
