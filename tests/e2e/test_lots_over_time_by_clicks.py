@@ -266,9 +266,7 @@ async def test_how_full_a_row_is_on_mornings_is_asked_by_words_by_mouse_and_by_k
     assert not errors
 
 
-async def test_the_plan_is_corrected_on_the_map_of_a_survey(
-    browser: Browser, address: str, screenshots: Path
-) -> None:
+async def test_the_plan_is_corrected_on_the_map_of_a_survey(browser: Browser, address: str, screenshots: Path) -> None:
     page, errors = await opened(browser, f"{address}#/lots")
     before = await Store(address).stalls()
     await press(page, "Edit plan")
