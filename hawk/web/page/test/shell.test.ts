@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import { Route } from "../src/route/route.ts";
 import { Guest } from "../src/shell/guest.ts";
-import { TopBar } from "../src/shell/top-bar.ts";
+import { TopBar, viewsOf } from "../src/shell/top-bar.ts";
 import { LateViews } from "../src/shell/views.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
@@ -45,6 +45,12 @@ describe("the bar on every view", () => {
     const { top } = await bar("");
     assert.equal(top.querySelector(".help")?.getAttribute("target"), "_blank");
     for (const link of top.querySelectorAll("a:not(.help)")) assert.match(link.getAttribute("href")!, /^#\//);
+  });
+
+  it("always leads back to the flight of a drone", () => {
+    assert.deepEqual(viewsOf(true, false), ["fly", "lots", "compare", "report", "recordings"]);
+    assert.deepEqual(viewsOf(false, false), ["fly", "recordings"]);
+    assert.deepEqual(viewsOf(false, true), ["recordings"]);
   });
 
   it("speaks French", async () => {

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
-import type { Place, ViewName } from "../route/place.ts";
+import { type Place, type ViewName, VIEWS } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
 import type { LanguageChoice } from "../state/preferences.ts";
 import { icon } from "../ui/icons.ts";
@@ -66,6 +66,12 @@ function about({ last_survey: last, survey_count: surveys, time_zone: zone }: Ba
   const isShown = view === "lots" && last !== null && (survey === "" || survey === last.id);
   const when = isShown ? timeOnClock(last.ended, zone, { weekday: "short", day: "numeric", month: "short" }) : surveys === null ? "" : say("lot-surveys", { surveys });
   return html`${when === "" ? nothing : html`<span class="when">${when} · </span>`}${clockWords(zone)}`;
+}
+
+/** Without a store of lots there are recordings, and the flight where a drone is. */
+export function viewsOf(hasLots: boolean, isDesk: boolean): readonly ViewName[] {
+  if (hasLots) return VIEWS;
+  return isDesk ? ["recordings"] : ["fly", "recordings"];
 }
 
 /** Links to the views of a lot. */

@@ -2,9 +2,9 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
 import { orNull, readAll, Refused } from "../link/api.ts";
-import { type ViewName, VIEWS } from "../route/place.ts";
+import type { ViewName } from "../route/place.ts";
 import { Route } from "../route/route.ts";
-import { type DroneChip, viewLinks } from "../shell/top-bar.ts";
+import { type DroneChip, viewLinks, viewsOf } from "../shell/top-bar.ts";
 import { LateViews } from "../shell/views.ts";
 import { isFlying, isSteered } from "../state/flight.ts";
 import type { Operator } from "../state/operator.ts";
@@ -42,7 +42,6 @@ const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as c
 
 /** HTTP's status of what is not here. */
 const NOT_THERE = 404;
-const ALONE: readonly ViewName[] = ["recordings"];
 
 /** The page: the views, and in Fly glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
@@ -50,7 +49,7 @@ export class App extends LitElement {
   model!: Operator;
   @property({ attribute: false }) route = new Route();
   @state() private lots: ListedLot[] | null = null;
-  /** A recording is shown without a store of lots: there is nothing else to see. */
+  /** There is no store of lots. */
   @state() private isAlone = false;
   /** The lot that the address named is not there: the first one is shown. */
   @state() private isLotGone = false;
@@ -123,7 +122,7 @@ export class App extends LitElement {
     const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
       ${this.line(view, isDesk)}
-      <hawk-top .route=${this.route} .place=${this.route.place} .views=${this.isAlone ? ALONE : VIEWS} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
+      <hawk-top .route=${this.route} .place=${this.route.place} .views=${viewsOf(!this.isAlone, isDesk)} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
       ${flies || !isAway ? html`<div class="strips">
             <hawk-banner .model=${model}></hawk-banner>
@@ -207,7 +206,7 @@ export class App extends LitElement {
   }
 
   private inSheet(panel: Exclude<Panel, "none">): TemplateResult {
-    if (panel === "menu") return html`<div class="views">${viewLinks(VIEWS, this.route)}</div><hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
+    if (panel === "menu") return html`<div class="views">${viewLinks(viewsOf(!this.isAlone, this.model.view().welcome?.Desk === true), this.route)}</div><hawk-tabs .model=${this.model} .chosen=${this.tab}></hawk-tabs>`;
     if (panel === "keys") return html`<hawk-keys .model=${this.model}></hawk-keys>`;
     return html`<hawk-more .model=${this.model} @click=${() => this.leaveActions()}></hawk-more>`;
   }
