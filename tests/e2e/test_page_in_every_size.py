@@ -63,7 +63,7 @@ async def test_safety_actions_and_map_in_every_size(browser: Browser, fake: Any,
     await page.set_viewport_size({"width": 1440, "height": 900})
     await page.goto(air)
     await press(page, "Take control")
-    await shows(page, "seen of the lot found so far")
+    await shows(page, "stalls so far")
     await expect(page.locator(HOME["home"])).to_be_visible()  # control has been given
     await everything_is_in_reach(page, "exploring", SAFETY | HOME, screenshots)
     await press(page, "Hold")
