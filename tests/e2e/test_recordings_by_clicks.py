@@ -94,7 +94,7 @@ async def test_a_flight_is_watched_again_where_it_was_flown(
     await expect(page).to_have_url(re.compile(r"#/recordings/[0-9a-f-]{36}/\d{8}T\d{6}Z.mcap$"))
     await press(page, "Back to week")
     await expect(page.get_by_role("region", name="Surveys by day and hour")).to_be_visible()
-    await page.get_by_role("region", name="Surveys by day and hour").get_by_role("button", pressed=True).click()
+    await page.locator("hawk-time-bar .tick.on").click()
     await expect(page.get_by_role("region", name="Film of the flight")).to_be_visible()
     await press(page, "All recordings")
     await shows(page, "1 recording,")

@@ -38,7 +38,9 @@ export class FilmView extends View {
   @state() private isWeek = false;
   private readonly film = new Asked<Film>(this);
   private readonly outcome = new Asked<Outcome | null>(this);
+  /** The newest surveys of the lot: whether there are any. */
   private readonly surveys = new Asked<SurveysUse | null>(this);
+  private kept: { lot: string; source: LotSource } | null = null;
   private readonly map = new Asked<Feature[]>(this);
   private readonly player = new Player(this, (work) => this.every(work));
   private all: readonly Expected[] = [];
@@ -82,9 +84,9 @@ export class FilmView extends View {
     this.film.ask(name, () => this.readFilm(name));
     const { lot } = this.row ?? {};
     if (lot) {
-      const source = new LotSource(`lots/${lot.id}`);
+      const source = this.sourceOf(lot.id);
       this.outcome.ask(`${lot.id} ${lot.survey}`, () => outcomeOf(source, lot.survey));
-      this.surveys.ask(lot.id, () => source.surveys({ from: "", to: "" }));
+      this.surveys.ask(lot.id, () => source.newest());
     } else if (this.row?.survey && this.waiting === 0) this.waiting = window.setTimeout(() => this.changed(), STORED_MS);
     if (film?.name !== name) return;
     this.player.film(film, this.place.t === "" ? beginOf(film) : Number(this.place.t));
@@ -226,13 +228,20 @@ export class FilmView extends View {
   /** The surveys of the lot: one leads to its recording, and to itself where there is none. */
   private week(): TemplateResult {
     const { lot } = this.row ?? {};
+    if (!lot) return html``;
     const pick = ({ detail }: CustomEvent<string>): void => {
       const found = this.recordings.find((each) => each.lot?.survey === detail);
       this.isWeek = false;
-      if (!found) this.go({ view: "lots", lot: lot?.id ?? "", survey: detail, recording: "", t: "" });
+      if (!found) this.go({ view: "lots", lot: lot.id, survey: detail, recording: "", t: "" });
       else if (found.name !== this.place.recording) this.go({ recording: found.name, t: "" });
     };
-    return html`<hawk-time-bar .surveys=${this.surveys.value?.surveys ?? []} .chosen=${lot ? [lot.survey] : []} .zone=${this.surveys.value?.clock ?? "UTC"} @survey=${pick}></hawk-time-bar>`;
+    return html`<hawk-time-bar .source=${this.sourceOf(lot.id)} lot=${lot.id} .chosen=${[lot.survey]} .spoken=${language()} @survey=${pick}></hawk-time-bar>`;
+  }
+
+  /** The same for one lot: it keeps what was read. */
+  private sourceOf(lot: string): LotSource {
+    if (this.kept?.lot !== lot) this.kept = { lot, source: new LotSource(`lots/${lot}`) };
+    return this.kept.source;
   }
 
   private asked({ what, value }: FilmAsked): void {

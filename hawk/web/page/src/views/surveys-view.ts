@@ -37,8 +37,9 @@ export class SurveysView extends View {
     const { period } = this;
     this.about.ask(JSON.stringify([lot, named, this.revision]), () => this.read(named));
     if (period) this.listed.ask(JSON.stringify([lot, period, this.revision]), () => this.source.surveys(period));
-    const survey = this.chosen()?.id;
-    if (survey === undefined) return;
+    // one that the address names is asked for at once: nobody waits for the list
+    const survey = this.chosen()?.id ?? (this.about.problem === "" ? named : "");
+    if (survey === "") return;
     this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
     this.films.ask(lot, () => this.source.recordings());
   }
