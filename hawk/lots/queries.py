@@ -29,7 +29,7 @@ from hawk.lots.rows import Row, is_among, readable, row_of
 from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
-from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.counts import counts_of, found_by
 from hawk.lots.survey.order import is_sure, newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.time_zone import time_zone_of
@@ -150,7 +150,7 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
-    shown["found"] = row["free"] + row["taken"] + row["unknown"]
+    shown["found"] = found_by(row)
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)

@@ -10,7 +10,7 @@ from sqlalchemy import ColumnElement, Connection, RowMapping, func, select, tupl
 
 from hawk.lots.rows import readable
 from hawk.lots.schema import LOOKS, SURVEY
-from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.counts import counts_of, found_by
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
@@ -93,8 +93,7 @@ def surveys_use(
         row, counts = pair
         return SurveyUse(
             **{name: row[name] for name in _SHOWN} | counts | source_json(row),
-            found=row["free"] + row["taken"] + row["unknown"], at=at[row["id"]],
-            began=moment(row["began"]), ended=moment(row["ended"]),
+            found=found_by(row), at=at[row["id"]], began=moment(row["began"]), ended=moment(row["ended"]),
             occupancy=shares.get(row["id"], NOTHING),
             left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
         )  # fmt: skip

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -93,7 +93,8 @@ class Recordings:
     def contents(self, name: str) -> Contents:
         """Read head and end of a recording. Raises NotThatRecordingError; a damaged one has unknown contents."""
         path = self._path(name)
-        return Contents(_seconds(path), survey_of(path), _moment_of(path))
+        about = _about(path)
+        return Contents(_seconds(path), _survey_in(about), _moment_in(about))
 
     def complete(self, name: str) -> Path:
         """Return the file of a recording that is not under way. Raises NotThatRecordingError."""
@@ -205,18 +206,26 @@ def _named(path: Path) -> datetime:
 
 def survey_of(path: Path) -> str:
     """Return the name of the survey that a recording holds; "" where it names none, or cannot be read."""
+    return _survey_in(_about(path))
+
+
+def _about(path: Path) -> Mapping[str, str]:
+    """Return what a recording says of itself; nothing where it cannot be read."""
     try:
-        return read_metadata(path).get("survey", "")
+        return read_metadata(path)
     except RecordingError:
-        return ""
+        return {}
 
 
-def _moment_of(path: Path) -> float | None:
+def _survey_in(about: Mapping[str, str]) -> str:
+    return about.get("survey", "")
+
+
+def _moment_in(about: Mapping[str, str]) -> float | None:
     """Return when a recording began by the autopilot's GNSS, Unix seconds; None where it does not say that."""
     try:
-        about = read_metadata(path)
         return datetime.fromisoformat(about[ZERO_UTC]).timestamp() + float(about["clock"])
-    except (RecordingError, LookupError, ValueError, OverflowError):
+    except (LookupError, ValueError, OverflowError):
         return None
 
 

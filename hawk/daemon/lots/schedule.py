@@ -43,13 +43,19 @@ class Flown:
 
 def moment_due(entry: ScheduledSurvey, now: datetime) -> datetime | None:
     """Return the latest moment of an entry that has come and is not over; ``now`` is of the entry's clock."""
-    hour, minute = (int(part) for part in entry.at.split(":"))
     for days in (0, 1):
-        day = (now - timedelta(days=days)).date()
-        moment = datetime.combine(day, time(hour, minute), now.tzinfo)
-        if DAYS[day.weekday()] in entry.days and moment <= now < moment + LATE:
+        moment = _moment_on(entry, now - timedelta(days=days))
+        if moment is not None and moment <= now < moment + LATE:
             return moment
     return None
+
+
+def _moment_on(entry: ScheduledSurvey, at: datetime) -> datetime | None:
+    """Return the moment of an entry on the day of ``at``, by the clock of that; None on a day that it does not name."""
+    if DAYS[at.weekday()] not in entry.days:
+        return None
+    hour, minute = (int(part) for part in entry.at.split(":"))
+    return datetime.combine(at.date(), time(hour, minute), at.tzinfo)
 
 
 def moments_due(
@@ -63,16 +69,13 @@ def moments_due(
     for entry in entries:
         if entry.lot not in (lot, name):
             continue
-        clock = entry.clock()
-        begin = datetime.fromtimestamp(now, clock)
+        begin = datetime.fromtimestamp(now, entry.clock())
         come = moment_due(entry, begin)
         if come is not None and not is_flown(last, come):
             found.add(come)
-        hour, minute = (int(part) for part in entry.at.split(":"))
         for number in range(days + 1):
-            day = (begin + timedelta(days=number)).date()
-            moment = datetime.combine(day, time(hour, minute), clock)
-            if DAYS[day.weekday()] in entry.days and begin < moment <= begin + timedelta(days=days):
+            moment = _moment_on(entry, begin + timedelta(days=number))
+            if moment is not None and begin < moment <= begin + timedelta(days=days):
                 found.add(moment)
     return sorted(found)
 

@@ -40,6 +40,11 @@ def counts_of(connection: Connection, surveys: Sequence[Mapping[str, Any] | RowM
     return [_counts(row, stalls.get(row["seq"]), found.get(row["seq"], (0, 0))) for row in surveys]
 
 
+def found_by(row: Mapping[str, Any] | RowMapping) -> int:
+    """Return the number of stalls on the flight's own map, those that no layout has among them."""
+    return int(row["free"] + row["taken"] + row["unknown"])
+
+
 def _counts(row: Mapping[str, Any] | RowMapping, stalls: int | None, found: Sequence[int]) -> dict[str, Any]:
     if stalls is None:
         return {name: row[name] for name in ("free", "taken", "unknown")}

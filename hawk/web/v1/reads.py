@@ -24,9 +24,9 @@ from hawk.lots.values import UTC_NAME, Placed
 from hawk.report.options import Form, Kind, Wanted
 from hawk.runtime.late import late_functions
 from hawk.stats import queries as uses
+from hawk.stats import use_query
 from hawk.stats.panel import Period
 from hawk.stats.period import period_of, period_of_lot
-from hawk.stats.use_query import asked_of
 from hawk.web.v1 import parameters as forms
 from hawk.web.v1.answers import GEOJSON, Answer
 from hawk.web.v1.parameters import Query, Request
@@ -163,11 +163,13 @@ def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answ
     return Answer(uses.statistics(connection, asked.id, _period(connection, asked), asked.query.by))
 
 
+def _question(query: forms.UseQuery) -> use_query.Asked:
+    return use_query.asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
+
+
 def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
     """Return the answer to a question about a lot's use."""
-    query = asked.query
-    question = asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
-    return Answer(uses.ask(connection, asked.id, _period(connection, asked), question))
+    return Answer(uses.ask(connection, asked.id, _period(connection, asked), _question(asked.query)))
 
 
 def report(
@@ -176,8 +178,7 @@ def report(
 ) -> Prepared:  # fmt: skip
     """Return a report of a lot's use, prepared to be written."""
     query = asked.query
-    question = asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
-    wanted = Wanted(asked.id, question, query.begin, query.end, query.time_zone, has_ground)
+    wanted = Wanted(asked.id, _question(query), query.begin, query.end, query.time_zone, has_ground)
     return files.prepared(connection, pictures, wanted, kind, form, asked.now)
 
 
