@@ -6,6 +6,7 @@ import type { Film, Recording } from "../src/api.ts";
 import { beginOf, clockAt, instantAt, lastAt, phasesOf, roundTimes, seenBy, seenWords, spanOf } from "../src/replay/film.ts";
 import { expected, filmOnMap } from "../src/replay/film-map.ts";
 import { FilmView } from "../src/replay/film-view.ts";
+import { LotSource } from "../src/views/link.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
 import { placeOf } from "../src/route/place.ts";
 import type { Feature, Features } from "../src/views/survey-source.ts";
@@ -148,7 +149,8 @@ describe("a recording that is played", () => {
       draw = next;
       return () => (draw = null);
     };
-    Object.assign(view, { place: placeOf(address), recordings: rows });
+    const source = new LotSource(`lots/${LOT}`);
+    Object.assign(view, { place: placeOf(address), recordings: rows, sourceOf: () => source });
     view.addEventListener("archive-go", (event) => {
       const change = (event as CustomEvent<Record<string, string>>).detail;
       went.push(change);

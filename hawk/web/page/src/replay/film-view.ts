@@ -6,7 +6,7 @@ import { icon, type IconName } from "../ui/icons.ts";
 import { drone } from "../ui/quoting.ts";
 import { swatch } from "../ui/swatch.ts";
 import { moment } from "../views/figures.ts";
-import { LotSource } from "../views/link.ts";
+import type { LotSource } from "../views/link.ts";
 import type { Feature } from "../views/survey-source.ts";
 import "../views/survey-map.ts";
 import "../views/time-bar.ts";
@@ -34,13 +34,14 @@ const STEP_S = 5;
 export class FilmView extends View {
   /** All recordings, the oldest first. */
   @property({ attribute: false }) recordings: readonly Recording[] = [];
+  /** Reads of a lot: the same for one lot, whichever view asks. */
+  @property({ attribute: false }) sourceOf!: (lot: string) => LotSource;
   every = everyFrame;
   @state() private isWeek = false;
   private readonly film = new Asked<Film>(this);
   private readonly outcome = new Asked<Outcome | null>(this);
   /** The newest surveys of the lot: whether there are any. */
   private readonly surveys = new Asked<SurveysUse | null>(this);
-  private kept: { lot: string; source: LotSource } | null = null;
   private readonly map = new Asked<Feature[]>(this);
   private readonly player = new Player(this, (work) => this.every(work));
   private all: readonly Expected[] = [];
@@ -236,12 +237,6 @@ export class FilmView extends View {
       else if (found.name !== this.place.recording) this.go({ recording: found.name, t: "" });
     };
     return html`<hawk-time-bar .source=${this.sourceOf(lot.id)} lot=${lot.id} .chosen=${[lot.survey]} .spoken=${language()} @survey=${pick}></hawk-time-bar>`;
-  }
-
-  /** The same for one lot: it keeps what was read. */
-  private sourceOf(lot: string): LotSource {
-    if (this.kept?.lot !== lot) this.kept = { lot, source: new LotSource(`lots/${lot}`) };
-    return this.kept.source;
   }
 
   private asked({ what, value }: FilmAsked): void {

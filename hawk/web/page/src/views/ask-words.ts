@@ -6,10 +6,10 @@ import { kindWords } from "../words/plan.ts";
 import { language, number, say, sentences } from "../words/say.ts";
 import { dayWords } from "./figures.ts";
 import { DAYS, daysOf, HOURS, hoursOf, KINDS_OF_PARTS, type KindOfPart, namesOf, type Run, runs } from "./question.ts";
+import { DAY_MS } from "./time-bar-days.ts";
 
 /** A Monday, from which days of the week have their names. */
 const MONDAY = Date.UTC(2024, 0, 1);
-const DAY_MS = 86_400_000;
 
 /** Name of a day of the week, 0 for Monday. */
 export function dayName(day: number, weekday: "short" | "long"): string {

@@ -1,7 +1,6 @@
 import type { Estimate } from "../api.ts";
 import { dateLanguage } from "../words/clock.ts";
 import { number, say } from "../words/say.ts";
-import { clockWords, onClock } from "./time-bar-days.ts";
 
 const NONE = "–";
 
@@ -15,6 +14,18 @@ export function share({ value, low, high }: Estimate): string {
 export function amount({ value, low, high }: Estimate): string {
   if (value === null || low === null || high === null) return NONE;
   return say("archive-amount", { value: number(value), low: number(low), high: number(high) });
+}
+
+/** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
+export function onClock(time: string | number, zone?: string): number {
+  const parts = new Intl.DateTimeFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
+  const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
+  return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
+}
+
+/** Hours and minutes of a clock's time, as 10:02. */
+export function timeWords(clock: number): string {
+  return new Date(clock).toISOString().slice(11, 16);
 }
 
 /** Day and time on the clock of a lot: 2026-05-04 10:30; without a time zone on the browser's. */
@@ -33,7 +44,7 @@ export function dayAndTime(iso: string, zone?: string): string {
   const clock = onClock(iso, zone);
   const isThisYear = new Date(clock).getUTCFullYear() === new Date().getUTCFullYear();
   const day = dayWords(clock, { weekday: "short", day: "numeric", month: "short", ...(isThisYear ? {} : { year: "numeric" }) });
-  return say("compare-day-time", { day, time: clockWords(clock) });
+  return say("compare-day-time", { day, time: timeWords(clock) });
 }
 
 /** The class of a share of looks, 0 to 4, by which a stall is coloured; -1 without looks. */

@@ -25,6 +25,10 @@ export interface DeletedSurvey {
   seq: number;
 }
 
+/** The recordings of a survey's flights that can be shown. */
+export function recordingsOf(all: readonly Recording[], survey: string): Recording[] {
+  return all.filter(({ lot, under_way }) => lot?.survey === survey && !under_way);
+}
 
 /** Reads of one lot: by its id, or by the token of a link that was shared. What two parts ask for is asked once. */
 export class LotSource {

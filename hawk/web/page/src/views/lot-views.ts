@@ -91,7 +91,7 @@ export class LotViews extends LitElement {
     const { revision } = this;
     const { mayChange, token } = this.access;
     const isShared = token !== null;
-    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-recordings>`;
+    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .sourceOf=${this.sourceOf}></archive-recordings>`;
     if (!isShared && place.lot === "") return html`<p>${say("archive-no-lot")}</p>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
@@ -103,13 +103,13 @@ export class LotViews extends LitElement {
   }
 
   /** The same for every view of a lot. */
-  private sourceOf(lot: string): LotSource {
+  private readonly sourceOf = (lot: string): LotSource => {
     const { token } = this.access;
     const base = token === null ? `lots/${lot}` : `shared/${token}`;
     const source = this.kept.get(base) ?? new LotSource(base);
     this.kept.set(base, source);
     return source;
-  }
+  };
 
   private renew(): void {
     for (const source of this.kept.values()) source.forget();

@@ -1,16 +1,18 @@
 import { html, type TemplateResult } from "lit";
-import { customElement } from "lit/decorators.js";
+import { customElement, property } from "lit/decorators.js";
 import type { Recording } from "../api.ts";
 import { API, post, readAll } from "../link/api.ts";
 import { bytes, longDuration } from "../words/format.ts";
 import { say } from "../words/say.ts";
 import "../replay/film-view.ts";
 import { moment } from "./figures.ts";
+import type { LotSource } from "./link.ts";
 import { Asked, View, wordsOf } from "./view.ts";
 
 /** The recordings on the drone's disk: size, lot, length, mark, download, delete. */
 @customElement("archive-recordings")
 export class RecordingsView extends View {
+  @property({ attribute: false }) sourceOf!: (lot: string) => LotSource;
   private readonly listed = new Asked<Recording[]>(this);
   private asked = "";
 
@@ -20,7 +22,7 @@ export class RecordingsView extends View {
 
   override render(): TemplateResult {
     const { value, problem } = this.listed;
-    if (this.place.recording !== "" && (value !== null || problem !== "")) return html`<archive-film .place=${this.place} .revision=${this.revision} .recordings=${value ?? []}></archive-film>`;
+    if (this.place.recording !== "" && (value !== null || problem !== "")) return html`<archive-film .place=${this.place} .revision=${this.revision} .recordings=${value ?? []} .sourceOf=${this.sourceOf}></archive-film>`;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p data-asking>${say("archive-asking")}</p>`;
     if (value.length === 0) return html`<p>${say("archive-no-recording")}</p>`;

@@ -9,7 +9,7 @@ import "../ui/plan-panel.ts";
 import type { CountedState } from "../state/map-store.ts";
 import { language, number, say } from "../words/say.ts";
 import { moment, share } from "./figures.ts";
-import type { Period } from "./link.ts";
+import { type Period, recordingsOf } from "./link.ts";
 import "./changes-list.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
@@ -151,7 +151,7 @@ export class SurveysView extends View {
 
   /** Each flight of the survey can be watched again. */
   private recordings(row: SurveyUse): TemplateResult | typeof nothing {
-    const found = (this.films.value ?? []).filter(({ lot, under_way }) => lot?.survey === row.id && !under_way);
+    const found = recordingsOf(this.films.value ?? [], row.id);
     if (found.length === 0) return nothing;
     const watch = (recording: string): void => this.go({ view: "recordings", survey: "", stall: "", show: "", recording, t: "" });
     return html`<p>${found.map(({ name, began }) => html`<button class="small" @click=${() => watch(name)}>${say("film-watch", { when: began === null ? name : moment(began, this.listed.value?.clock) })}</button> `)}</p>`;
@@ -204,11 +204,6 @@ function rows({ stalls }: SurveyOnMap): TemplateResult | typeof nothing {
   const order = [...found].sort(([one], [other]) => one.length - other.length || (one < other ? -1 : 1));
   return html`<table class="rows"><thead><tr><th scope="col">${say("archive-row")}</th><th scope="col">${say("free")}</th><th scope="col">${say("taken")}</th><th scope="col">${say("unknown")}</th></tr></thead>
     <tbody>${order.map(([row, { free, taken, unknown }]) => html`<tr><th scope="row">${row || "–"}</th><td>${number(free)}</td><td>${number(taken)}</td><td>${number(unknown)}</td></tr>`)}</tbody></table>`;
-}
-
-/** What the colours of states mean. */
-export function stateLegend(): TemplateResult {
-  return html`<p class="legend">${(["free", "taken", "unknown"] as const).map((name) => html`<span><i class="key ${name}"></i>${say(`archive-${name}`)}</span>`)}</p>`;
 }
 
 /** A survey that took longer than this, minutes, shows no moment: cars came and went meanwhile. */

@@ -1,4 +1,5 @@
 import type { SurveyUse } from "../api.ts";
+import { onClock, timeWords } from "./figures.ts";
 
 export const SPANS = ["day", "week", "month"] as const;
 export type Span = (typeof SPANS)[number];
@@ -23,7 +24,7 @@ export interface Day {
 export type Hours = readonly [number, number];
 
 export const DAY_MS = 86_400_000;
-const HOUR_MS = 3_600_000;
+export const HOUR_MS = 3_600_000;
 const WEEK_DAYS = 7;
 /** Days of a narrow bar in place of a week. */
 const FEW_DAYS = 3;
@@ -35,16 +36,9 @@ const USUAL: Hours = [7, 19];
 export const APART_PX = 12;
 const DIGIT_PX = 7;
 
-/** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
-export function onClock(time: string | number, zone?: string): number {
-  const parts = new Intl.DateTimeFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
-  const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
-  return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
-}
-
-/** Hours and minutes of a clock's time, as 10:02. */
-export function clockWords(clock: number): string {
-  return new Date(clock).toISOString().slice(11, 16);
+/** Whether a clock's time lies in the day of a midnight. */
+export function isOn(clock: number, midnight: number): boolean {
+  return clock >= midnight && clock < midnight + DAY_MS;
 }
 
 /** The midnights of the day, the week or the month that a clock's time lies in: nothing moves while one goes within it. */
@@ -65,14 +59,17 @@ export function dayOf(midnight: number): string {
 
 /** Hours of the day with everything that is shown. */
 export function hoursOf(clocks: readonly number[]): Hours {
-  const hours = clocks.map((clock) => (((clock % DAY_MS) + DAY_MS) % DAY_MS) / HOUR_MS);
+  const hours = clocks.map(hourOf);
   return [Math.min(USUAL[0], ...hours.map(Math.floor)), Math.max(USUAL[1], ...hours.map((hour) => Math.floor(hour) + 1))];
+}
+
+function hourOf(clock: number): number {
+  return (((clock % DAY_MS) + DAY_MS) % DAY_MS) / HOUR_MS;
 }
 
 /** Where a clock's time lies in its day, pixels. */
 export function leftOf(clock: number, [first, last]: Hours, width: number): number {
-  const hour = (((clock % DAY_MS) + DAY_MS) % DAY_MS) / HOUR_MS;
-  return (width * (hour - first)) / (last - first);
+  return (width * (hourOf(clock) - first)) / (last - first);
 }
 
 /** The surveys of days, by the lot's clock; those that lie too near are one. `width`: of a day, pixels. */
@@ -81,7 +78,7 @@ export function daysOf(surveys: readonly SurveyUse[], midnights: readonly number
   return midnights.map((date) => {
     const groups: { left: number; clock: number; surveys: [SurveyUse, ...SurveyUse[]] }[] = [];
     for (const { survey, clock } of placed) {
-      if (clock < date || clock >= date + DAY_MS) continue;
+      if (!isOn(clock, date)) continue;
       const left = leftOf(clock, hours, width);
       const last = groups.at(-1);
       if (last && left - last.left < apart(last.surveys.length)) last.surveys.push(survey);
@@ -97,7 +94,7 @@ function apart(surveys: number): number {
 }
 
 function tickOf(all: readonly [SurveyUse, ...SurveyUse[]], left: number, clock: number, shareOf: (survey: SurveyUse) => number | null): Tick {
-  return { survey: all[0], left, clock: clockWords(clock), ids: all.map(({ id }) => id), share: mean(all.map(shareOf)) };
+  return { survey: all[0], left, clock: timeWords(clock), ids: all.map(({ id }) => id), share: mean(all.map(shareOf)) };
 }
 
 function mean(shares: readonly (number | null)[]): number | null {

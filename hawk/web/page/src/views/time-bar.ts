@@ -7,9 +7,9 @@ import { cssVars } from "../ui/css-vars.ts";
 import { icon } from "../ui/icons.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { dayWords, share } from "./figures.ts";
-import type { DeletedSurvey, LotSource, Period } from "./link.ts";
-import { type Caption, clockWords, type Day, DAY_MS, dayOf, daysOf, fitting, type Hours, hoursOf, leftOf, midnightsOf, onClock, type Span, SPANS, type Tick } from "./time-bar-days.ts";
+import { dayWords, onClock, share, timeWords } from "./figures.ts";
+import { type DeletedSurvey, type LotSource, type Period, recordingsOf } from "./link.ts";
+import { type Caption, type Day, DAY_MS, dayOf, daysOf, fitting, HOUR_MS, type Hours, hoursOf, isOn, leftOf, midnightsOf, type Span, SPANS, type Tick } from "./time-bar-days.ts";
 import { Asked } from "./view.ts";
 
 /** A bar that is narrower shows three days in place of a week. */
@@ -161,8 +161,8 @@ export class TimeBar extends LitElement {
 
   private day({ date, ticks }: Day, { hours, dayWidth, due, isKnown }: { hours: Hours; dayWidth: number; due: readonly number[]; isKnown: boolean }): TemplateResult {
     const now = onClock(Date.now(), this.zone);
-    const isToday = now >= date && now < date + DAY_MS;
-    const deleted = (this.deleted.value ?? []).map((each) => ({ ...each, clock: onClock(each.ended, this.zone) })).filter(({ clock }) => clock >= date && clock < date + DAY_MS);
+    const isToday = isOn(now, date);
+    const deleted = (this.deleted.value ?? []).map((each) => ({ ...each, clock: onClock(each.ended, this.zone) })).filter(({ clock }) => isOn(clock, date));
     const isEmpty = isKnown && ticks.length === 0 && deleted.length === 0 && date + DAY_MS <= now;
     const words = dayWords(date, dayWidth < NAME_PX ? { day: "numeric", ...(new Date(date).getUTCDate() === 1 ? { month: "short" } : {}) } : { weekday: "short", day: "numeric", ...(dayWidth < HOURS_PX ? {} : { month: "short" }) });
     const name = isToday && dayWidth >= TODAY_PX ? say("time-bar-today", { day: words }) : words;
@@ -171,10 +171,10 @@ export class TimeBar extends LitElement {
       <div class="hours">${isEmpty ? html`<span class="unseen">${say("time-bar-nobody")}</span>` : nothing}
         ${ticks.map((tick) => this.tick(tick, date))}
         ${deleted.map((each) => this.deletedTick(each, leftOf(each.clock, hours, dayWidth)))}
-        ${due.filter((clock) => clock >= date && clock < date + DAY_MS).map((clock) => html`<span class="tick due" role="img" aria-label=${this.dueWords(clock)} title=${this.dueWords(clock)} ${left(clock)}><i></i></span>`)}
+        ${due.filter((clock) => isOn(clock, date)).map((clock) => html`<span class="tick due" role="img" aria-label=${this.dueWords(clock)} title=${this.dueWords(clock)} ${left(clock)}><i></i></span>`)}
         ${isToday && leftOf(now, hours, dayWidth) >= 0 && leftOf(now, hours, dayWidth) <= dayWidth ? html`<span class="now" ${left(now)}></span>` : nothing}
       </div>
-      <div class="axis" aria-hidden="true">${dayWidth < HOURS_PX ? nothing : axisOf(hours, dayWidth).map((hour) => html`<span ${left(date + hour * 3_600_000)}>${number(hour)}</span>`)}</div></li>`;
+      <div class="axis" aria-hidden="true">${dayWidth < HOURS_PX ? nothing : axisOf(hours, dayWidth).map((hour) => html`<span ${left(date + hour * HOUR_MS)}>${number(hour)}</span>`)}</div></li>`;
   }
 
   private tick(tick: Tick, date: number): TemplateResult {
@@ -191,7 +191,7 @@ export class TimeBar extends LitElement {
   }
 
   private deletedTick({ ended, seq }: DeletedSurvey, left: number): TemplateResult {
-    const words = say("time-bar-deleted", { time: clockWords(onClock(ended, this.zone)) });
+    const words = say("time-bar-deleted", { time: timeWords(onClock(ended, this.zone)) });
     const back = async (): Promise<void> => {
       await post(`changes/${seq}/undo`);
     };
@@ -202,16 +202,16 @@ export class TimeBar extends LitElement {
 
   /** The chosen ones first, then what is due next, then what was deleted. */
   private captions(days: readonly Day[], hours: Hours, dayWidth: number, due: readonly number[]): Caption[] {
-    const placed = (clock: number): number => dayWidth * days.findIndex(({ date }) => clock >= date && clock < date + DAY_MS) + leftOf(clock, hours, dayWidth);
+    const placed = (clock: number): number => dayWidth * days.findIndex(({ date }) => isOn(clock, date)) + leftOf(clock, hours, dayWidth);
     const on = days.flatMap(({ ticks }, index) =>
       ticks.filter(({ ids }) => this.chosen.some((id) => ids.includes(id))).map(({ ids, left }): Caption => {
-        const time = ids.filter((id) => this.chosen.includes(id)).map((id) => clockWords(this.clockOf(id) ?? 0)).join(", ");
+        const time = ids.filter((id) => this.chosen.includes(id)).map((id) => timeWords(this.clockOf(id) ?? 0)).join(", ");
         const end = this.ends.filter((_, each) => ids.includes(this.chosen[each] ?? "")).join(", ");
         return { left: index * dayWidth + left, text: end === "" ? time : `${end} ${time}`, tone: "on" };
       }),
     );
     const next = due.length === 0 ? [] : [{ left: placed(due[0] ?? 0), text: this.dueWords(due[0] ?? 0), tone: "due" as const }];
-    const gone = (this.deleted.value ?? []).map(({ ended }): Caption => ({ left: placed(onClock(ended, this.zone)), text: say("time-bar-deleted", { time: clockWords(onClock(ended, this.zone)) }), tone: "" }));
+    const gone = (this.deleted.value ?? []).map(({ ended }): Caption => ({ left: placed(onClock(ended, this.zone)), text: say("time-bar-deleted", { time: timeWords(onClock(ended, this.zone)) }), tone: "" }));
     return fitting([...on.reverse(), ...next, ...(dayWidth < NAME_PX ? [] : gone)], this.width);
   }
 
@@ -222,9 +222,9 @@ export class TimeBar extends LitElement {
 
   private dueWords(clock: number): string {
     const left = (clock - onClock(Date.now(), this.zone)) / 1000;
-    if (left < 0) return say("time-bar-due-since", { time: clockWords(clock) });
+    if (left < 0) return say("time-bar-due-since", { time: timeWords(clock) });
     const minutes = Math.ceil(left / 60);
-    return left < DAY_MS / 1000 ? say("time-bar-due-in", { hours: Math.floor(minutes / 60), minutes: minutes % 60 }) : say("time-bar-due", { time: clockWords(clock) });
+    return left < DAY_MS / 1000 ? say("time-bar-due-in", { hours: Math.floor(minutes / 60), minutes: minutes % 60 }) : say("time-bar-due", { time: timeWords(clock) });
   }
 
   private shareOf(row: SurveyUse): number | null {
@@ -271,7 +271,7 @@ export class TimeBar extends LitElement {
 
   /** The recording of a survey's flight. */
   private film(id: string): Recording | undefined {
-    return this.films.value?.find(({ lot, under_way }) => lot?.survey === id && !under_way);
+    return recordingsOf(this.films.value ?? [], id)[0];
   }
 
   private play(): void {
