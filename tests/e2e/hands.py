@@ -87,6 +87,19 @@ async def confirm(page: Page, name: str) -> None:
     await slide(page, track)
 
 
+async def take_off(page: Page) -> None:
+    """Set failsafes, arm and take off; this person has control."""
+    await press(page, "Set failsafes")
+    await confirm(page, "Arm")
+    await confirm(page, "Take off")
+
+
+async def hover(page: Page) -> None:
+    """Take off, and wait until it holds."""
+    await take_off(page)
+    await state_is(page, "Holding")
+
+
 async def is_within(target: Locator, size: dict[str, int]) -> bool:
     """Return True when all of it is in sight and large enough for a finger."""
     box = await target.bounding_box()

@@ -14,7 +14,7 @@ from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.comm.protocol.heartbeat import FenceSetup
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, confirm, is_within, new_page, press, shows, slide, state_is
+from tests.e2e.hands import button, hover, is_within, new_page, press, shows, slide, state_is
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, health, kill_daemon, operator, over_a_picture
 
@@ -83,7 +83,7 @@ async def test_a_fence_is_drawn_kept_and_kept_to(scene: Scene, screenshots: Path
     await scene.stack.watch_fence([(each.latitude, each.longitude) for each in kept.inner], kept.ceiling)
 
     await autopilot_is_found(scene.url)
-    await take_off(page)
+    await hover(page)
     await page.get_by_role("tab", name="Settings").click()
     await expect(button(page, "Edit fence")).to_be_disabled()
     await expect(button(page, "Edit fence")).to_contain_text("Flying: land first")
@@ -226,13 +226,6 @@ async def a_file_goes_out_and_comes_in(page: Page, folder: Path) -> None:
     await shows(page, "exactly one polygon")
     await page.locator("hawk-fence-tools input").set_input_files(path)
     await expect(title(page)).to_have_text(re.compile("8 corners"))
-
-
-async def take_off(page: Page) -> None:
-    await press(page, "Set failsafes")
-    await confirm(page, "Arm")
-    await confirm(page, "Take off")
-    await state_is(page, "Holding")
 
 
 async def the_path_across_the_gap_is_refused(page: Page, screenshots: Path) -> None:

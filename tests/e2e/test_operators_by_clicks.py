@@ -25,6 +25,7 @@ from tests.e2e.hands import (
     shows,
     slide,
     state_is,
+    take_off,
     visible,
 )
 from tests.e2e.watching import watch
@@ -91,6 +92,7 @@ async def scene(browser: Browser, tmp_path: Path) -> AsyncIterator[Scene]:
 async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     """Control, watching, Hold, Move, a daemon that dies, and Cut motors: by clicks on two pages, in one flight."""
     errors, home = watch(scene.pilot), await scene.place_at_rest()
+    await press(scene.pilot, "Take control")
     await take_off(scene.pilot)
     await a_viewer_is_shown_as_such_and_commands_nothing(scene)
     await explore(scene.pilot)
@@ -108,13 +110,6 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     assert not errors
     await a_dead_daemon_is_reported_and_found_again(scene, screenshots)
     await the_motors_are_cut_in_two_steps(scene, screenshots)
-
-
-async def take_off(page: Page) -> None:
-    await press(page, "Take control")
-    await press(page, "Set failsafes")
-    await confirm(page, "Arm")
-    await confirm(page, "Take off")
 
 
 async def explore(page: Page) -> None:

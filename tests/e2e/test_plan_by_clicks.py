@@ -18,8 +18,7 @@ from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.poses import GlobalPose
-from tests.e2e.hands import button, is_within, new_page, press, shows
-from tests.e2e.test_fence_by_clicks import take_off
+from tests.e2e.hands import button, hover, is_within, new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE, prefer
 from tests.e2e.watching import watch
 from tests.examples import nightly
@@ -208,7 +207,7 @@ async def test_a_plan_is_corrected_in_flight(browser: Browser, tmp_path: Path, s
         store, page = Store(address), await opened(browser, address)
         errors = watch(page)
         await press(page, "Take control")
-        await take_off(page)
+        await hover(page)
         await correct(page)
         await shows(page, "Placed by GNSS alone")
         before = await store.stalls()

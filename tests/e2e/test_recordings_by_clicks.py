@@ -14,7 +14,7 @@ import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, confirm, new_page, press, shows, state_is
+from tests.e2e.hands import button, confirm, hover, new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.watching import watch
 from tests.pace import PATIENCE_S
@@ -69,10 +69,7 @@ async def test_a_flight_is_watched_again_where_it_was_flown(
     errors = watch(page)
     await page.goto(ready.url)
     await press(page, "Take control")
-    await press(page, "Set failsafes")
-    await confirm(page, "Arm")
-    await confirm(page, "Take off")
-    await state_is(page, "Holding")
+    await hover(page)
     await confirm(page, "Explore")
     await page.wait_for_function(FOUND)
     views = page.get_by_role("navigation", name="Views")

@@ -8,7 +8,7 @@ import pytest
 from playwright.async_api import Browser, expect
 
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import confirm, new_page, press, visible
+from tests.e2e.hands import confirm, new_page, press, take_off, visible
 from tests.e2e.watching import watch
 
 pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="session")]
@@ -23,9 +23,7 @@ async def test_a_whole_survey_is_flown_with_clicks_only(
     await page.goto(ready.url)
     await expect(visible(page, "SIMULATION")).to_be_visible()
     await press(page, "Take control")
-    await press(page, "Set failsafes")
-    await confirm(page, "Arm")
-    await confirm(page, "Take off")
+    await take_off(page)
     await page.screenshot(path=screenshots / "1-taking-off.png")
     await confirm(page, "Explore")
     await expect(visible(page, "Exploring")).to_be_visible()

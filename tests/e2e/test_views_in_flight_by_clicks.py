@@ -8,7 +8,7 @@ import pytest
 from playwright.async_api import Browser, Dialog, Page, expect
 
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, confirm, new_page, press, shows, state_is
+from tests.e2e.hands import button, hover, new_page, press, shows, state_is
 from tests.e2e.watching import watch
 
 pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.asyncio(loop_scope="session")]
@@ -34,10 +34,7 @@ async def test_no_view_ends_the_operators_presence(stack: SimulatedStack, browse
     errors = watch(page)
     await page.goto(ready.url)
     await press(page, "Take control")
-    await press(page, "Set failsafes")
-    await confirm(page, "Arm")
-    await confirm(page, "Take off")
-    await state_is(page, "Holding")
+    await hover(page)
     views = page.get_by_role("navigation", name="Views")
     for name in ("Lots", "Compare", "Report", "Recordings"):
         await views.get_by_role("link", name=name).click()

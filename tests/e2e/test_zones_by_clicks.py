@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from tests.e2e.hands import button, is_within, new_page, press, shows
-from tests.e2e.test_fence_by_clicks import DESK, EASE_MS, SIZES, drag, fence_of, move_to, pixel, take_off, title
+from tests.e2e.hands import button, hover, is_within, new_page, press, shows
+from tests.e2e.test_fence_by_clicks import DESK, EASE_MS, SIZES, drag, fence_of, move_to, pixel, title
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, over_a_picture
 
@@ -50,7 +50,7 @@ async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshot
         assert [len(zone) for zone in kept.zones] == [4]
         assert [len(zone) for zone in kept.inner_zones] == [4]
         await page.screenshot(path=screenshots / "zones-2-saved.png")
-        await take_off(page)
+        await hover(page)
         await move_to(page, IN_THE_ZONE)
         await shows(page, "In a zone or its margin")
         await page.screenshot(path=screenshots / "zones-3-in-the-air.png")
