@@ -58,6 +58,11 @@ class GroundImage:
         """Return a vector of (north, east) as (2,) along columns and rows, metres."""
         return np.asarray(np.linalg.solve(self.to_map[:, :2] / self.metres_per_pixel, np.asarray(metres)))
 
+    def map_angle(self, angle: FloatArray) -> FloatArray:
+        """Return directions (N,) of the map, [0, pi) clockwise from north, for those of pixels (atan2 of row, col)."""
+        long = np.stack([np.cos(angle), np.sin(angle)], -1) @ self.to_map[:, :2].T
+        return np.asarray(np.arctan2(long[:, 1], long[:, 0]) % np.pi)
+
     def pixel_points(self, points: FloatArray) -> FloatArray:
         """Return (..., 2) of (col, row) for (..., 2) of (north, east)."""
         return np.asarray((points - self.to_map[:, 2]) @ np.linalg.inv(self.to_map[:, :2]).T)
@@ -78,6 +83,24 @@ class Detection:
     length: float
     score: float
     taken: float
+    visible: float
+
+
+@dataclass(frozen=True, slots=True)
+class Vehicle:
+    """A vehicle found in one picture: an oriented rectangle on the ground, metres.
+
+    ``kind``: one of `hawk.algo.vision.network.VEHICLE_KINDS`; ``angle`` and ``visible`` as of `Detection`;
+    ``probability`` that it is one.
+    """
+
+    kind: str
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    probability: float
     visible: float
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from typing import Final
 
 import cv2
@@ -104,8 +104,7 @@ class StallDetector:
         maps = self._network.run(np.asarray(around, np.uint8), sun)
         rows, columns = (-(-side // CELL_PIXELS) for side in image.shape[:2])
         first = top // CELL_PIXELS, left // CELL_PIXELS
-        own = slice(first[0], first[0] + rows), slice(first[1], first[1] + columns)
-        return replace(maps, **{f.name: np.ascontiguousarray(getattr(maps, f.name)[own]) for f in fields(maps)})
+        return maps.part(slice(first[0], first[0] + rows), slice(first[1], first[1] + columns))
 
 
 @contextmanager
