@@ -45,7 +45,7 @@ def plan_deck_site(rng: np.random.Generator, centre: tuple[float, float], size: 
 
 
 def _surface(plan: SitePlan, rng: np.random.Generator, lots: list[Points]) -> None:
-    """Lay the deck: bright or dark concrete, most in panels, with a parapet and the shade that it throws below."""
+    """Plan the deck: bright or dark concrete with a parapet, and the shade that it throws below."""
     ground = sample_material(rng, "concrete" if rng.random() < 0.75 else "roof")
     if rng.random() < 0.4:
         ground = replace(ground, colour=grey(rng, *_BRIGHT))

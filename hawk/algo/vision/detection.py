@@ -14,6 +14,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.model.operation import Health
 from hawk.model.pictures import StallSize
 from hawk.model.poses import MapPose
+from hawk.model.vehicles import VehicleKind
 
 FloatArray = NDArray[np.float64]
 
@@ -90,11 +91,10 @@ class Detection:
 class Vehicle:
     """A vehicle found in one picture: an oriented rectangle on the ground, metres.
 
-    ``kind``: one of `hawk.algo.vision.network.VEHICLE_KINDS`; ``angle`` and ``visible`` as of `Detection`;
-    ``probability`` that it is one.
+    ``angle`` and ``visible`` as of `Detection`; ``probability`` that it is one.
     """
 
-    kind: str
+    kind: VehicleKind
     north: float
     east: float
     angle: float
@@ -109,7 +109,7 @@ class Found:
     """Stalls of one rectified picture with float32 probabilities (0..1) at 0.2 m.
 
     ``lot`` is parking lot, ``car`` is car, ``core`` is the inner part of a stall, ``taken`` is that a stall there is
-    taken.
+    taken. ``vehicles``: none of a network that does not know them.
     """
 
     stalls: tuple[Detection, ...]
@@ -117,6 +117,7 @@ class Found:
     car: GroundImage = field(repr=False)
     core: GroundImage = field(repr=False)
     taken: GroundImage = field(repr=False)
+    vehicles: tuple[Vehicle, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.network_file import VisionModelError, packaged_weights, read_weights
+from hawk.model.vehicles import VehicleKind
 from hawk.runtime.programs import remedy
 
 Engine = Literal["opencv", "onnxruntime"]
@@ -126,8 +127,8 @@ USUAL_LENGTH_M = 5.2
 """Unit of the lengths, metres."""
 USUAL_VEHICLE_M: Final = (1.9, 4.6)
 """Units of the widths and lengths of vehicles, metres."""
-VEHICLE_KINDS: Final = ("car", "van", "lorry", "trailer")
-"""Classes of vehicles; a bus is a lorry, a caravan a trailer."""
+VEHICLE_KINDS: Final = tuple(VehicleKind)
+"""Order of the channels of kinds."""
 CORE_SHARE = 0.74
 """Side of a stall's or vehicle's core as a share of the whole: cars bumper to bumper have two cores."""
 CHANNELS = 10
