@@ -84,8 +84,8 @@ class StillEye:
         ended = visit.at.timestamp()
         stalls = tuple(
             Detection(
-                id=k, north=n, east=e, angle=a, width=w, length=le, taken=t,
-                state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, seen=1, looked=ended,
+                id=k, north=n, east=e, angle=a, width=w, length=le, taken_probability=t,
+                state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, picture_count=1, looked_at=ended,
             )
             for k, (n, e, a, w, le, t, s) in enumerate(
                 np.column_stack([
@@ -100,7 +100,7 @@ class StillEye:
         survey = FinishedSurvey(
             name=f"{visit.number:06d}-still", datum=datum, began=ended - _DURATION_S, ended=ended, time_is_sure=True,
             outline=_outline(world, lots.intersection(ground), datum, move), stalls=stalls, program="benchmark",
-            seen=_outline(world, ground, datum, move),
+            seen_ground=_outline(world, ground, datum, move),
         )  # fmt: skip
         return looked(survey, world, places)
 
