@@ -24,7 +24,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -192,10 +192,6 @@ bench-pictures: setup
 # Three drawn lots, eighteen surveys each, against the simulator's history: a quarter of an hour.
 study: setup
 	$(BIN)/python -m benchmarks.study $(ARGS)
-
-# Twenty drawn lots flown again over the plan of their first survey: an hour.
-bench-again: setup
-	$(BIN)/python -m benchmarks.again $(ARGS)
 
 # The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-small: setup
