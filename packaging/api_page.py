@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -45,7 +46,7 @@ present flight alone are in [Protocol](protocol.md#http).
 - Where nothing else is said, times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84,
   latitude first, and ids UUIDs. `integer` is 0 or more. Types are written as in TypeScript: `[]` a list, `|` or, `?`
   may be null; braces hold the least and the greatest value, number of characters, or number of items. A field without
-  a type is a [shared one](#shared-fields), else a string.
+  a type is a [shared one](#shared-fields), else a string. The `do` of an operation is its name, as `add_row` of AddRow.
 """
 _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC API Features, Part 1 (Core, GeoJSON),
 read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
@@ -68,7 +69,8 @@ def page() -> str:
     ]
     parameters = _repeated(_parameter(each) for _, operation in operations for each in _in_query(operation))
     known = _reached([each for _, each in operations if FEATURES not in each["tags"]], schemas)
-    values = {name: _fields(each) for name, each in sorted(schemas.items()) if name in known and not _is_list(each)}
+    values = {name: _fields(name, each) for name, each in sorted(schemas.items()) if name in known}
+    values = {name: each for name, each in values.items() if not _is_list(schemas[name])}
     wider = {name: _contained(name, values) for name in values}
     own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
     fields = _repeated(pair for each in own.values() for pair in each.items() if ". " in pair[1] or "|" in pair[1])
@@ -169,9 +171,16 @@ def _taken(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
 
 
 def _contained(name: str, values: Mapping[str, Mapping[str, str]]) -> str:
-    """Return the value with most fields, three or more, all of which a value has as well; empty when there is none."""
+    """Return the value with most fields, three or more, all of which a value has as well; empty when there is none.
+
+    Of values with the same fields it is the first one.
+    """
     fields = values[name].items()
-    found = [other for other, each in values.items() if len(each) >= _LEAST_CONTAINED and each.items() < fields]
+    found = [
+        other
+        for other, each in values.items()
+        if len(each) >= _LEAST_CONTAINED and (each.items() < fields or (each.items() == fields and other < name))
+    ]
     return max(found, key=lambda other: len(values[other]), default="")
 
 
@@ -179,22 +188,30 @@ def _model(name: str, about: str, wider: str, fields: Mapping[str, str], shared:
     yield f"### {name}\n"
     yield f"{_sentence(' '.join(about.replace('``', '`').split()))}\n"
     described = {key: words for key, words in fields.items() if (key, words) not in shared and ". " in words}
+    names = {key for key, _ in shared}
     alike: dict[str, list[str]] = {}
     for key, words in fields.items():
         if key not in described:
-            alike.setdefault("" if (key, words) in shared or words == "string" else f": {words}", []).append(f"`{key}`")
+            is_plain = (key, words) in shared or (words == "string" and key not in names)
+            alike.setdefault("" if is_plain else f": {words}", []).append(f"`{key}`")
     short = [f"{', '.join(keys)}{words}" for words, keys in sorted(alike.items(), key=lambda each: each[0] != "")]
     short += [f"all of [{wider}](#{wider.lower()})"] * bool(wider)
     yield "".join([f"- {'; '.join(short)}\n" if short else "", *_list(described)])
 
 
-def _fields(model: Mapping[str, Any]) -> dict[str, str]:
-    """Return the words of each field of a value."""
+def _fields(name: str, model: Mapping[str, Any]) -> dict[str, str]:
+    """Return the words of each field of a value. The name of an operation, ``do``, follows from the value's."""
     needed = set(model.get("required", ()))
     found = {}
     for key, value in model.get("properties", {}).items():
+        if key == "do" and value.get("const") == re.sub(r"\B([A-Z])", r"_\1", name).lower():
+            continue
         default = value.get("default")
-        words = f"=`{json.dumps(default)}`" if key not in needed and default not in (None, "", []) else ""
+        words = (
+            f"=`{json.dumps(default, separators=(',', ':'))}`"
+            if key not in needed and default not in (None, "", [])
+            else ""
+        )
         about = f". {_sentence(value['description'])}" if value.get("description", "UTC") != "UTC" else ""
         found[key] = f"{_type(value)}{words}{about}"
     return found

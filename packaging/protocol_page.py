@@ -27,12 +27,8 @@ TARGET: Final = DOCS / "protocol.md"
 MESSAGES: Final = DOCS / "examples" / "messages.json"
 REQUESTS: Final = DOCS / "examples" / "http.json"
 PARTS: Final = "Parts of messages"
-EXCERPTS: Final = {
-    "Check Fence": ("Type", "Id", "Ceiling"),
-    "Set Fence": ("Type", "Id", "Ceiling"),
-    "Set Outline": ("Type", "Id", "Polygons"),
-}
-"""Keys that are shown of an example which would fill pages."""
+EXCERPTS: Final = {"Set Outline": ("Type", "Id", "Polygons")}
+"""Keys that are shown of an example; of the others the list of keys says all."""
 _USUAL: Final = Sender.CONTROL
 _OFTEN: Final = 4
 """Commands from which on a need of them is said once, above all of them."""
@@ -90,7 +86,7 @@ def page() -> str:
     blocks += [
         "## To the drone\n",
         f"`Id` may be left out of every command. Where nothing else is said below, it is taken from {_USUAL.value}. "
-        'A command without keys of its own looks like `{"Type": "Hold", "Id": 7}`. A command that is refused changes '
+        f"A command looks like `{json.dumps(sent_examples()['Autonomous Move'])}`. One that is refused changes "
         "nothing; its answer has the reason. [States and events](states.md#commands) lists the states that take each. "
         f"A move needs: {'; '.join(need.value for need in TO_MOVE)}.\n",
         *_groups(),
@@ -184,12 +180,9 @@ def _message(
     yield f"### {_type_of(model)}\n"
     yield from texts
     yield from _keys(name, model, said)
-    if set(example) <= {"Type", "Id"}:
-        return  # nothing that the rules do not say
-    shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
-    if len(shown) < len(example):
-        yield "A part of one:\n"
-    yield f"```json\n{compact(shown)}\n```\n"
+    excerpt = EXCERPTS.get(_type_of(model))
+    if excerpt is not None and example:
+        yield f"A part of one:\n\n```json\n{compact({key: example[key] for key in excerpt})}\n```\n"
 
 
 def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]]) -> Iterator[str]:
