@@ -81,7 +81,6 @@ $(DOCS_SITE): | $(STAMP)
 # The site of the documentation, for the daemon's /docs/ and the wheel: links, anchors and menus are checked. The pages
 # of reference, man pages and shell completions are written again first. Nothing is fetched.
 docs: $(STAMP)
-	$(BIN)/python packaging/settings_page.py
 	$(BIN)/python packaging/protocol_page.py
 	$(BIN)/python packaging/api_page.py
 	$(BIN)/python packaging/command_line.py

@@ -26,8 +26,9 @@ Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: c
 `make api-fuzz` tries every address by this definition for ten minutes.
 
 Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
-A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition is OpenAPI 3.1:
-`http://DRONE:3000/api/v1/openapi.json`. The page and the commands of `hawk-drone` use the same addresses; those of the
+A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition, with every field of every
+answer, is OpenAPI 3.1: `http://DRONE:3000/api/v1/openapi.json`; this page has all that a request sends, and what needs
+words of an answer. The page and the commands of `hawk-drone` use the same addresses; those of the
 present flight alone are in [Protocol](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
@@ -84,11 +85,18 @@ def page() -> str:
         blocks.append("\n".join([*lines, ""]))
     blocks.append("## Shared fields\n")
     blocks += [*_list(dict(sorted(fields))), "## Values\n"]
+    sent = _reached([each["requestBody"] for _, each in operations if "requestBody" in each], schemas)
+    left_out = []
     for name, found_fields in values.items():
-        if found_fields:
-            own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
-            blocks += _model(name, schemas[name].get("description", ""), wider[name], own_fields, fields)
-    return "\n".join(blocks)
+        about = _sentence(" ".join(schemas[name].get("description", "").replace("``", "`").split()))
+        own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
+        if name in sent:
+            blocks += [f"### {name}\n", f"{about}\n", *_fields_sent(wider[name], own_fields, fields)]
+        elif _described(own_fields, fields) or re.search(r"[`:;]", about):
+            blocks += [f"### {name}\n", f"{about}\n", *_list(_described(own_fields, fields))]
+        else:
+            left_out.append(name)
+    return re.sub(rf"\[({'|'.join(left_out)})\]\(#\w+\)", r"`\1`", "\n".join(blocks))
 
 
 def _reached(given: Any, schemas: Mapping[str, Any]) -> set[str]:
@@ -184,11 +192,14 @@ def _contained(name: str, values: Mapping[str, Mapping[str, str]]) -> str:
     return max(found, key=lambda other: len(values[other]), default="")
 
 
-def _model(name: str, about: str, wider: str, fields: Mapping[str, str], shared: set[tuple[str, str]]) -> Iterator[str]:
-    yield f"### {name}\n"
-    yield f"{_sentence(' '.join(about.replace('``', '`').split()))}\n"
-    described = {key: words for key, words in fields.items() if (key, words) not in shared and ". " in words}
-    names = {key for key, _ in shared}
+def _described(fields: Mapping[str, str], shared: set[tuple[str, str]]) -> dict[str, str]:
+    """Return the fields with words of their own."""
+    return {key: words for key, words in fields.items() if (key, words) not in shared and ". " in words}
+
+
+def _fields_sent(wider: str, fields: Mapping[str, str], shared: set[tuple[str, str]]) -> Iterator[str]:
+    """Yield the lines of all fields of a value that a request sends."""
+    described, names = _described(fields, shared), {key for key, _ in shared}
     alike: dict[str, list[str]] = {}
     for key, words in fields.items():
         if key not in described:

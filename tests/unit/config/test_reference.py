@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -79,10 +77,3 @@ def test_without_the_file_there_are_no_texts_and_all_values(tmp_path: Path) -> N
     found = settings(Config(), "")
     assert len(found) == len(shown())
     assert {each.text for each in found} == {""}
-
-
-@pytest.mark.slow
-def test_the_page_of_all_settings_is_up_to_date() -> None:
-    command = [sys.executable, "packaging/settings_page.py", "--check"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr

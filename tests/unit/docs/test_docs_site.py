@@ -76,6 +76,17 @@ def test_links_lead_to_the_same_things_in_the_site(project: Path, tmp_path: Path
     assert "[changes](../CHANGELOG.md)" in (tmp_path / "staged" / "deep" / "page.md").read_text()
 
 
+def test_a_page_shows_a_file_as_it_is(project: Path, tmp_path: Path) -> None:
+    (project / "config.toml").write_text("[web]\nport = 3000  # 0 to 65535\n")
+    (project / "docs" / "first.md").write_text("# First\n\n<!-- shown on the site: ../config.toml -->\n\nmore\n")
+    before = docs_site.sources_hash(project)
+    docs_site.stage(project, tmp_path / "staged")
+    staged = (tmp_path / "staged" / "first.md").read_text()
+    assert staged == "# First\n\n```toml\n[web]\nport = 3000  # 0 to 65535\n```\n\nmore\n"
+    (project / "config.toml").write_text("[web]\nport = 3001  # 0 to 65535\n")
+    assert docs_site.sources_hash(project) != before
+
+
 def test_a_link_that_leads_nowhere_is_named(project: Path, tmp_path: Path) -> None:
     (project / "docs" / "first.md").write_text("# First\n\n[gone](gone.md)\n")
     with pytest.raises(docs_site.DocsError, match=r"docs/first\.md: the link gone\.md leads nowhere"):
