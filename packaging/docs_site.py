@@ -41,8 +41,8 @@ IMPROVED: Final = {
 }
 """Missing in the theme for screen readers and for the keyboard: names of regions, and focus to scroll by."""
 _LINK: Final = re.compile(r"(\]\()([^)\s]+)(\))")
-_SHOWN: Final = re.compile(r"^<!-- shown on the site: (\S+) -->$", re.MULTILINE)
-"""A file that a page of the site shows as it is."""
+_SHOWN: Final = re.compile(r"^<!-- (\S+\.toml) \[(\w+)\] -->$", re.MULTILINE)
+"""A section of a file that a page of the site shows as it is."""
 _ENTRY: Final = re.compile(r"^( *)- \[[^\]]*\]\(([^)#\s]+\.md)\)", re.MULTILINE)
 
 
@@ -97,9 +97,13 @@ def stage(root: Path, target: Path) -> None:
 
 
 def _fenced(folder: Path, match: re.Match[str]) -> str:
-    """Return the file that a page of a folder shows as a block of code."""
-    path = folder / match[1]
-    return f"```{path.suffix.removeprefix('.')}\n{path.read_text(encoding='utf-8')}```"
+    """Return the section of a file that a page of a folder shows, as a block of code."""
+    text = (folder / match[1]).read_text(encoding="utf-8")
+    begin, end = rf"^(?:# [^\n]*\n)*(?:# )?\[+{match[2]}\]+$", r"(?=\n\n(?:# [^\n]*\n)*(?:# )?\[|\Z)"
+    section = re.search(rf"{begin}.*?{end}", text, re.MULTILINE | re.DOTALL)
+    if section is None:
+        raise DocsError(f"{match[1]} has no section {match[2]}: correct the page that shows it")
+    return f"```toml\n{section[0].rstrip()}\n```"
 
 
 def menu(index: str) -> dict[str, str]:
