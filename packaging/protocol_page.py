@@ -69,6 +69,11 @@ _RULES: Final = """## WebSocket
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
+_SHORT: Final = 6
+"""Keys of a message that is shown whole."""
+_RECEIVED: Final = """Of long messages those keys that need words. [messages.json](examples/messages.json) has an example of each message
+with all keys, `/api/schema.json` their types.
+"""
 _ID: Final = {"Id": 7}
 
 
@@ -96,12 +101,12 @@ def page() -> str:
         name = type(row.example).__name__
         blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_needs(row)], said)
     blocks.append("## From the drone\n")
-    blocks.append("An example of each: [messages.json](examples/messages.json).\n")
+    blocks.append(_RECEIVED)
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
         blocks += _message(name, model, {}, [f"{_summary(model)}\n"], said)
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
-        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model, said)]
+        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model, said, all_of_them=name in sent)]
     return "\n".join(blocks)
 
 
@@ -179,14 +184,17 @@ def _message(
 ) -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
     yield from texts
-    yield from _keys(name, model, said)
+    yield from _keys(name, model, said, all_of_them=bool(example))
     excerpt = EXCERPTS.get(_type_of(model))
     if excerpt is not None and example:
         yield f"A part of one:\n\n```json\n{compact({key: example[key] for key in excerpt})}\n```\n"
 
 
-def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]]) -> Iterator[str]:
-    """Yield a line with the keys without words of their own, then one for each other; ``said``: keys of before."""
+def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]], *, all_of_them: bool) -> Iterator[str]:
+    """Yield a line with the keys without words of their own, then one for each other; ``said``: keys of before.
+
+    ``all_of_them`` False leaves out those without words of a long message: the schema and the example have them.
+    """
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
     needed |= set(model["properties"]) if issubclass(_models()[name], Outgoing) else set()  # it is always there
@@ -203,6 +211,8 @@ def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]]) -> It
         else:
             said.add(row)
             lines.append(f"- `{key}`: {kind}{words}")
+    if not all_of_them and len(model["properties"]) > _SHORT:
+        short = {}
     alike = [f"{', '.join(keys)}{kind}" for kind, keys in sorted(short.items(), key=lambda each: each[0] != "")]
     if alike or lines:
         yield "\n".join([*[f"- {'; '.join(alike)}"] * bool(alike), *lines, ""])
