@@ -71,8 +71,8 @@ Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
 _SHORT: Final = 6
 """Keys of a message that is shown whole."""
-_RECEIVED: Final = """Of long messages those keys that need words. [messages.json](examples/messages.json) has an example of each message
-with all keys, `/api/schema.json` their types.
+_RECEIVED: Final = """Of long messages those keys that need words.
+[messages.json](examples/messages.json) has an example of each message with all keys, `/api/schema.json` their types.
 """
 _ID: Final = {"Id": 7}
 
