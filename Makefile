@@ -24,7 +24,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-again bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -81,7 +81,6 @@ $(DOCS_SITE): | $(STAMP)
 # The site of the documentation, for the daemon's /docs/ and the wheel: links, anchors and menus are checked. The pages
 # of reference, man pages and shell completions are written again first. Nothing is fetched.
 docs: $(STAMP)
-	$(BIN)/python packaging/settings_page.py
 	$(BIN)/python packaging/protocol_page.py
 	$(BIN)/python packaging/api_page.py
 	$(BIN)/python packaging/command_line.py
@@ -192,10 +191,6 @@ bench-pictures: setup
 # Three drawn lots, eighteen surveys each, against the simulator's history: a quarter of an hour.
 study: setup
 	$(BIN)/python -m benchmarks.study $(ARGS)
-
-# Twenty drawn lots flown again over the plan of their first survey: an hour.
-bench-again: setup
-	$(BIN)/python -m benchmarks.again $(ARGS)
 
 # The daemon on one core and 1 GiB, over three hectares: five minutes, as root, on a quiet machine.
 bench-small: setup

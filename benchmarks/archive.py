@@ -99,8 +99,9 @@ def flight(number: int, centres: NDArray[np.float64], move: Move, rng: np.random
     stalls = tuple(
         Detection(
             id=int(k) + 1, north=north, east=east, angle=move.turn % math.pi, width=_PITCH_M, length=_DEEP_M,
-            taken=float(rng.random()), state=StallState(rng.choice(["free", "taken"])), score=float(rng.random()),
-            seen=int(rng.integers(1, 200)), looked=began + float(rng.uniform(0, 900)),
+            taken_probability=float(rng.random()), state=StallState(rng.choice(["free", "taken"])),
+            score=float(rng.random()), picture_count=int(rng.integers(1, 200)),
+            looked_at=began + float(rng.uniform(0, 900)),
         )
         for k, (north, east) in zip(kept.tolist(), places.tolist(), strict=True)
     )  # fmt: skip
@@ -108,7 +109,7 @@ def flight(number: int, centres: NDArray[np.float64], move: Move, rng: np.random
     outline = _outline(shapely.MultiPoint(centres).convex_hull)
     return FinishedSurvey(
         name=f"{number:06d}-benchmark", datum=DATUM, began=began, ended=began + 900, time_is_sure=True,
-        outline=outline, stalls=stalls, program="benchmark", seen=_outline(seen),
+        outline=outline, stalls=stalls, program="benchmark", seen_ground=_outline(seen),
     )  # fmt: skip
 
 
@@ -150,10 +151,12 @@ def _size(path: Path) -> int:
 
 def wrong_ids(connection: Connection, seq: int, flown: FinishedSurvey) -> int:
     """Return how many looks of a survey are stored with another stall than the one that was looked at."""
-    truth = {stall.id: stall.taken for stall in flown.stalls}
-    asked = select(STALL.c.first_id, OBSERVATION.c.taken).join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
+    truth = {stall.id: stall.taken_probability for stall in flown.stalls}
+    asked = select(STALL.c.first_id, OBSERVATION.c.taken_probability).join(
+        OBSERVATION, OBSERVATION.c.stall == STALL.c.key
+    )
     rows = connection.execute(asked.where(OBSERVATION.c.survey == seq))
-    return sum(truth.get(row.first_id) != row.taken for row in rows)
+    return sum(truth.get(row.first_id) != row.taken_probability for row in rows)
 
 
 async def _saved(store: LotStore, survey: FinishedSurvey) -> Saved:

@@ -105,7 +105,7 @@ def _write(
     connection.execute(insert(SURVEY).values(**{**like, **shown, "began": ended - 900, "ended": ended}))
     taken = np.where(state, 1 - rng.beta(1, 60, len(keys)), rng.beta(1, 60, len(keys)))
     rows = [
-        {"survey": seq, "stall": key, "looked": ended - 300, "taken": chance, "seen": 9}
+        {"survey": seq, "stall": key, "looked_at": ended - 300, "taken_probability": chance, "picture_count": 9}
         | {"state": "taken" if chance >= 0.5 else "free"}
         for key, chance in zip(keys.tolist(), taken.tolist(), strict=True)
     ]  # fmt: skip

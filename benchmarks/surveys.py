@@ -33,6 +33,8 @@ LEAST_RECALL_WHOLE: Final = 0.8
 COUNT_ERROR_SHARE: Final = 0.10
 COUNT_ERROR_STALLS: Final = 3.0
 ASPECT: Final = 720 / 1280
+_ALIKE: Final = ("state_accuracy", "unknown_share", "lot_iou")
+"""Values whose means are figures of drawn worlds and of places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,35 +114,18 @@ def place_worlds(lots: Path) -> list[tuple[str, list[str]]]:
 
 def place_figures(surveys: Sequence[Survey]) -> list[Figure]:
     """Return the figures of all places together: means of the places, each counting alike."""
-    count = float(len(surveys))
-    excursions = _values(surveys, "excursions")
+    recall = _mean(_values(surveys, "recall_whole"))
     return [
-        Figure("places", "places", count),
-        Figure(
-            "places_finished", "finished, landed and disarmed", float(sum(s.finished for s in surveys)),
-            limit=Limit(lowest=count),
-        ),
-        Figure(
-            "places_recall_whole", "recall of whole stalls, mean", _mean(_values(surveys, "recall_whole")),
-            limit=Limit(lowest=LEAST_RECALL_WHOLE),
-        ),
+        *_flights(surveys, "places"),
+        Figure("places_recall_whole", "recall of whole stalls, mean", recall, limit=Limit(lowest=LEAST_RECALL_WHOLE)),
         Figure("places_recall_whole_min", "recall of whole stalls, worst", _least(surveys, "recall_whole")),
-        *(
-            Figure(f"places_{key}", f"{key.replace('_', ' ')}, mean", _mean(_values(surveys, key)))
-            for key in ("precision_star", "free_recall", "state_accuracy", "unknown_share", "lot_iou", "duration_s")
-        ),
+        *_means(surveys, "places_", "precision_star", "free_recall", *_ALIKE, "duration_s"),
         *_seen(surveys, "places_"),
-        Figure("places_excursions", "excursions", sum(excursions) if excursions else None, limit=Limit(0, 0)),
-        Figure(
-            "places_late_frames", "late frames, worst", max(_values(surveys, "late_frames"), default=None),
-            limit=Limit(highest=LATE_FRAMES_LIMIT),
-        ),
-    ]  # fmt: skip
+    ]
 
 
 def figures(surveys: Sequence[Survey]) -> list[Figure]:
     """Return the figures of all surveys together."""
-    count = float(len(surveys))
     f1 = _values(surveys, "stall_f1")
     errors = [abs(value) for value in _values(surveys, "free_count_error")]
     flown = [
@@ -148,40 +133,45 @@ def figures(surveys: Sequence[Survey]) -> list[Figure]:
         for s in surveys
         if (distance := s.value("distance_flown_m")) is not None and s.bound_m > 0
     ]
-    excursions = _values(surveys, "excursions")
     return [
-        Figure("surveys", "surveys", count),
-        Figure(
-            "surveys_finished", "finished, landed and disarmed", float(sum(s.finished for s in surveys)),
-            limit=Limit(lowest=count),
-        ),
+        *_flights(surveys, "surveys"),
         Figure("stall_f1", "stall F1, mean", _mean(f1)),
         Figure("stall_f1_min", "stall F1, worst seed", min(f1, default=None), limit=Limit(lowest=LEAST_F1)),
-        Figure("recall_whole", "recall of whole stalls, mean", _mean(_values(surveys, "recall_whole"))),
-        Figure("state_accuracy", "state accuracy, mean", _mean(_values(surveys, "state_accuracy"))),
-        Figure("unknown_share", "share of stalls that are unclear, mean", _mean(_values(surveys, "unknown_share"))),
-        Figure("lot_iou", "lot IoU, mean", _mean(_values(surveys, "lot_iou"))),
+        *_means(surveys, "", "recall_whole", *_ALIKE),
         *_seen(surveys, ""),
         Figure("free_count_error", "free-count error, mean size", _mean(errors)),
         Figure("free_count_error_max", "free-count error, worst seed", max(errors, default=None)),
         Figure(
             "free_counts_right", "counts within max(10 %, 3 stalls)", float(sum(s.count_is_right for s in surveys)),
-            limit=Limit(lowest=count),
+            limit=Limit(lowest=float(len(surveys))),
         ),
         Figure(
             "free_in_range", "counts whose interval holds the true number, share",
             _mean(_values(surveys, "free_in_range")), limit=Limit(lowest=HELD_SHARE),
         ),
-        Figure("excursions", "excursions, all seeds", sum(excursions) if excursions else None, limit=Limit(0, 0)),
         Figure("distance_flown_m", "distance flown, mean", _mean([distance for distance, _ in flown]), "m"),
         Figure("distance_bound_m", "least distance, mean", _mean([bound for _, bound in flown]), "m"),
         Figure("distance_over_bound", "distance flown by least distance, mean", _mean([a / b for a, b in flown])),
-        Figure("survey_duration_s", "take-off to disarmed, mean", _mean(_values(surveys, "duration_s")), "s"),
-        Figure(
-            "survey_late_frames", "late frames, worst seed", max(_values(surveys, "late_frames"), default=None),
-            limit=Limit(highest=LATE_FRAMES_LIMIT),
-        ),
+        Figure("surveys_duration_s", "take-off to disarmed, mean", _mean(_values(surveys, "duration_s")), "s"),
     ]  # fmt: skip
+
+
+def _flights(surveys: Sequence[Survey], name: str) -> list[Figure]:
+    """Return how the flights went."""
+    count, excursions = float(len(surveys)), _values(surveys, "excursions")
+    finished = float(sum(s.finished for s in surveys))
+    late = max(_values(surveys, "late_frames"), default=None)
+    out = sum(excursions) if excursions else None
+    return [
+        Figure(name, name, count),
+        Figure(f"{name}_finished", "finished, landed and disarmed", finished, limit=Limit(lowest=count)),
+        Figure(f"{name}_excursions", "excursions, all flights", out, limit=Limit(0, 0)),
+        Figure(f"{name}_late_frames", "late frames, worst", late, limit=Limit(highest=LATE_FRAMES_LIMIT)),
+    ]
+
+
+def _means(surveys: Sequence[Survey], prefix: str, *keys: str) -> list[Figure]:
+    return [Figure(f"{prefix}{key}", f"{key.replace('_', ' ')}, mean", _mean(_values(surveys, key))) for key in keys]
 
 
 def _seen(surveys: Sequence[Survey], prefix: str) -> list[Figure]:

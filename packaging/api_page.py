@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -25,8 +26,9 @@ Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: c
 `make api-fuzz` tries every address by this definition for ten minutes.
 
 Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
-A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition is OpenAPI 3.1:
-`http://DRONE:3000/api/v1/openapi.json`. The page and the commands of `hawk-drone` use the same addresses; those of the
+A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition, with every field of every
+answer, is OpenAPI 3.1: `http://DRONE:3000/api/v1/openapi.json`; this page has all that a request sends, and what needs
+words of an answer. The page and the commands of `hawk-drone` use the same addresses; those of the
 present flight alone are in [Protocol](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
@@ -45,7 +47,7 @@ present flight alone are in [Protocol](protocol.md#http).
 - Where nothing else is said, times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84,
   latitude first, and ids UUIDs. `integer` is 0 or more. Types are written as in TypeScript: `[]` a list, `|` or, `?`
   may be null; braces hold the least and the greatest value, number of characters, or number of items. A field without
-  a type is a [shared one](#shared-fields), else a string.
+  a type is a [shared one](#shared-fields), else a string. The `do` of an operation is its name, as `add_row` of AddRow.
 """
 _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC API Features, Part 1 (Core, GeoJSON),
 read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
@@ -68,7 +70,8 @@ def page() -> str:
     ]
     parameters = _repeated(_parameter(each) for _, operation in operations for each in _in_query(operation))
     known = _reached([each for _, each in operations if FEATURES not in each["tags"]], schemas)
-    values = {name: _fields(each) for name, each in sorted(schemas.items()) if name in known and not _is_list(each)}
+    values = {name: _fields(name, each) for name, each in sorted(schemas.items()) if name in known}
+    values = {name: each for name, each in values.items() if not _is_list(schemas[name])}
     wider = {name: _contained(name, values) for name in values}
     own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
     fields = _repeated(pair for each in own.values() for pair in each.items() if ". " in pair[1] or "|" in pair[1])
@@ -82,11 +85,18 @@ def page() -> str:
         blocks.append("\n".join([*lines, ""]))
     blocks.append("## Shared fields\n")
     blocks += [*_list(dict(sorted(fields))), "## Values\n"]
+    sent = _reached([each["requestBody"] for _, each in operations if "requestBody" in each], schemas)
+    left_out = []
     for name, found_fields in values.items():
-        if found_fields:
-            own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
-            blocks += _model(name, schemas[name].get("description", ""), wider[name], own_fields, fields)
-    return "\n".join(blocks)
+        about = _sentence(" ".join(schemas[name].get("description", "").replace("``", "`").split()))
+        own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
+        if name in sent:
+            blocks += [f"### {name}\n", f"{about}\n", *_fields_sent(wider[name], own_fields, fields)]
+        elif _described(own_fields, fields) or re.search(r"[`:;]", about):
+            blocks += [f"### {name}\n", f"{about}\n", *_list(_described(own_fields, fields))]
+        else:
+            left_out.append(name)
+    return re.sub(rf"\[({'|'.join(left_out)})\]\(#\w+\)", r"`\1`", "\n".join(blocks))
 
 
 def _reached(given: Any, schemas: Mapping[str, Any]) -> set[str]:
@@ -169,32 +179,50 @@ def _taken(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:
 
 
 def _contained(name: str, values: Mapping[str, Mapping[str, str]]) -> str:
-    """Return the value with most fields, three or more, all of which a value has as well; empty when there is none."""
+    """Return the value with most fields, three or more, all of which a value has as well; empty when there is none.
+
+    Of values with the same fields it is the first one.
+    """
     fields = values[name].items()
-    found = [other for other, each in values.items() if len(each) >= _LEAST_CONTAINED and each.items() < fields]
+    found = [
+        other
+        for other, each in values.items()
+        if len(each) >= _LEAST_CONTAINED and (each.items() < fields or (each.items() == fields and other < name))
+    ]
     return max(found, key=lambda other: len(values[other]), default="")
 
 
-def _model(name: str, about: str, wider: str, fields: Mapping[str, str], shared: set[tuple[str, str]]) -> Iterator[str]:
-    yield f"### {name}\n"
-    yield f"{_sentence(' '.join(about.replace('``', '`').split()))}\n"
-    described = {key: words for key, words in fields.items() if (key, words) not in shared and ". " in words}
+def _described(fields: Mapping[str, str], shared: set[tuple[str, str]]) -> dict[str, str]:
+    """Return the fields with words of their own."""
+    return {key: words for key, words in fields.items() if (key, words) not in shared and ". " in words}
+
+
+def _fields_sent(wider: str, fields: Mapping[str, str], shared: set[tuple[str, str]]) -> Iterator[str]:
+    """Yield the lines of all fields of a value that a request sends."""
+    described, names = _described(fields, shared), {key for key, _ in shared}
     alike: dict[str, list[str]] = {}
     for key, words in fields.items():
         if key not in described:
-            alike.setdefault("" if (key, words) in shared or words == "string" else f": {words}", []).append(f"`{key}`")
+            is_plain = (key, words) in shared or (words == "string" and key not in names)
+            alike.setdefault("" if is_plain else f": {words}", []).append(f"`{key}`")
     short = [f"{', '.join(keys)}{words}" for words, keys in sorted(alike.items(), key=lambda each: each[0] != "")]
     short += [f"all of [{wider}](#{wider.lower()})"] * bool(wider)
     yield "".join([f"- {'; '.join(short)}\n" if short else "", *_list(described)])
 
 
-def _fields(model: Mapping[str, Any]) -> dict[str, str]:
-    """Return the words of each field of a value."""
+def _fields(name: str, model: Mapping[str, Any]) -> dict[str, str]:
+    """Return the words of each field of a value. The name of an operation, ``do``, follows from the value's."""
     needed = set(model.get("required", ()))
     found = {}
     for key, value in model.get("properties", {}).items():
+        if key == "do" and value.get("const") == re.sub(r"\B([A-Z])", r"_\1", name).lower():
+            continue
         default = value.get("default")
-        words = f"=`{json.dumps(default)}`" if key not in needed and default not in (None, "", []) else ""
+        words = (
+            f"=`{json.dumps(default, separators=(',', ':'))}`"
+            if key not in needed and default not in (None, "", [])
+            else ""
+        )
         about = f". {_sentence(value['description'])}" if value.get("description", "UTC") != "UTC" else ""
         found[key] = f"{_type(value)}{words}{about}"
     return found

@@ -19,6 +19,7 @@ import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import Final
 
@@ -40,6 +41,8 @@ IMPROVED: Final = {
 }
 """Missing in the theme for screen readers and for the keyboard: names of regions, and focus to scroll by."""
 _LINK: Final = re.compile(r"(\]\()([^)\s]+)(\))")
+_SHOWN: Final = re.compile(r"^<!-- (\S+\.toml) \[(\w+)\] -->$", re.MULTILINE)
+"""A section of a file that a page of the site shows as it is."""
 _ENTRY: Final = re.compile(r"^( *)- \[[^\]]*\]\(([^)#\s]+\.md)\)", re.MULTILINE)
 
 
@@ -89,7 +92,18 @@ def stage(root: Path, target: Path) -> None:
             shutil.copyfile(path, to)
             continue
         text = _with_links(path.read_text(encoding="utf-8"), path, root, places, repository)
+        text = _SHOWN.sub(partial(_fenced, path.parent), text)
         to.write_text(text + menus.get(place.as_posix(), ""), encoding="utf-8")
+
+
+def _fenced(folder: Path, match: re.Match[str]) -> str:
+    """Return the section of a file that a page of a folder shows, as a block of code."""
+    text = (folder / match[1]).read_text(encoding="utf-8")
+    begin, end = rf"^(?:# [^\n]*\n)*(?:# )?\[+{match[2]}\]+$", r"(?=\n\n(?:# [^\n]*\n)*(?:# )?\[|\Z)"
+    section = re.search(rf"{begin}.*?{end}", text, re.MULTILINE | re.DOTALL)
+    if section is None:
+        raise DocsError(f"{match[1]} has no section {match[2]}: correct the page that shows it")
+    return f"```toml\n{section[0].rstrip()}\n```"
 
 
 def menu(index: str) -> dict[str, str]:
@@ -166,6 +180,7 @@ def _inputs(root: Path) -> Iterator[Path]:
     yield from (path for path in (root / "packaging" / "docs").rglob("*") if path.is_file() and path.suffix != ".pyc")
     yield from (root / "packaging" / name for name in ("docs_site.py", "docs_check.py"))
     yield root / "pyproject.toml"  # the version
+    yield from sorted(root.glob("config.toml"))  # the page of settings shows it
 
 
 def _sphinx(root: Path, work: Path) -> None:

@@ -153,7 +153,7 @@ def survey_of(number: int, began: datetime, stalls: Iterable[Stall]) -> Finished
     ground = Outline((tuple((float(a), float(b)) for a, b in to_global(DATUM, places)),))
     return FinishedSurvey(
         f"{number:06d}-{began:%Y%m%dT%H%M%SZ}", DATUM, at, at + LASTS_S, time_is_sure=True, outline=ground,
-        stalls=tuple(Detection.of(each, at) for each in found), program="0.4.0", seen=ground,
+        stalls=tuple(Detection.of(each, at) for each in found), program="0.4.0", seen_ground=ground,
     )  # fmt: skip
 
 

@@ -27,12 +27,8 @@ TARGET: Final = DOCS / "protocol.md"
 MESSAGES: Final = DOCS / "examples" / "messages.json"
 REQUESTS: Final = DOCS / "examples" / "http.json"
 PARTS: Final = "Parts of messages"
-EXCERPTS: Final = {
-    "Check Fence": ("Type", "Id", "Ceiling"),
-    "Set Fence": ("Type", "Id", "Ceiling"),
-    "Set Outline": ("Type", "Id", "Polygons"),
-}
-"""Keys that are shown of an example which would fill pages."""
+EXCERPTS: Final = {"Set Outline": ("Type", "Id", "Polygons")}
+"""Keys that are shown of an example; of the others the list of keys says all."""
 _USUAL: Final = Sender.CONTROL
 _OFTEN: Final = 4
 """Commands from which on a need of them is said once, above all of them."""
@@ -73,6 +69,11 @@ _RULES: Final = """## WebSocket
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
+_SHORT: Final = 6
+"""Keys of a message that is shown whole."""
+_RECEIVED: Final = """Of long messages those keys that need words.
+[messages.json](examples/messages.json) has an example of each message with all keys, `/api/schema.json` their types.
+"""
 _ID: Final = {"Id": 7}
 
 
@@ -90,7 +91,7 @@ def page() -> str:
     blocks += [
         "## To the drone\n",
         f"`Id` may be left out of every command. Where nothing else is said below, it is taken from {_USUAL.value}. "
-        'A command without keys of its own looks like `{"Type": "Hold", "Id": 7}`. A command that is refused changes '
+        f"A command looks like `{json.dumps(sent_examples()['Autonomous Move'])}`. One that is refused changes "
         "nothing; its answer has the reason. [States and events](states.md#commands) lists the states that take each. "
         f"A move needs: {'; '.join(need.value for need in TO_MOVE)}.\n",
         *_groups(),
@@ -100,12 +101,12 @@ def page() -> str:
         name = type(row.example).__name__
         blocks += _message(name, commands[name], example, [f"{_plain(row.help)}\n", *_needs(row)], said)
     blocks.append("## From the drone\n")
-    blocks.append("An example of each: [messages.json](examples/messages.json).\n")
+    blocks.append(_RECEIVED)
     for name, model in sorted(received.items(), key=lambda each: _type_of(each[1])):
         blocks += _message(name, model, {}, [f"{_summary(model)}\n"], said)
     blocks.append(f"## {PARTS}\n")
     for name, model in sorted(parts.items()):
-        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model, said)]
+        blocks += [f"### {name}\n", f"{_summary(model)}\n", *_keys(name, model, said, all_of_them=name in sent)]
     return "\n".join(blocks)
 
 
@@ -183,17 +184,17 @@ def _message(
 ) -> Iterator[str]:
     yield f"### {_type_of(model)}\n"
     yield from texts
-    yield from _keys(name, model, said)
-    if set(example) <= {"Type", "Id"}:
-        return  # nothing that the rules do not say
-    shown = {key: example[key] for key in EXCERPTS.get(_type_of(model), example) if key in example}
-    if len(shown) < len(example):
-        yield "A part of one:\n"
-    yield f"```json\n{compact(shown)}\n```\n"
+    yield from _keys(name, model, said, all_of_them=bool(example))
+    excerpt = EXCERPTS.get(_type_of(model))
+    if excerpt is not None and example:
+        yield f"A part of one:\n\n```json\n{compact({key: example[key] for key in excerpt})}\n```\n"
 
 
-def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]]) -> Iterator[str]:
-    """Yield a line with the keys without words of their own, then one for each other; ``said``: keys of before."""
+def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]], *, all_of_them: bool) -> Iterator[str]:
+    """Yield a line with the keys without words of their own, then one for each other; ``said``: keys of before.
+
+    ``all_of_them`` False leaves out those without words of a long message: the schema and the example have them.
+    """
     texts, needed = field_texts(name) | ELSEWHERE, set(model.get("required", ()))
     is_sent = "Id" in model["properties"] and "Id" not in needed
     needed |= set(model["properties"]) if issubclass(_models()[name], Outgoing) else set()  # it is always there
@@ -210,6 +211,8 @@ def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]]) -> It
         else:
             said.add(row)
             lines.append(f"- `{key}`: {kind}{words}")
+    if not all_of_them and len(model["properties"]) > _SHORT:
+        short = {}
     alike = [f"{', '.join(keys)}{kind}" for kind, keys in sorted(short.items(), key=lambda each: each[0] != "")]
     if alike or lines:
         yield "\n".join([*[f"- {'; '.join(alike)}"] * bool(alike), *lines, ""])

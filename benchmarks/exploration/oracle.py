@@ -10,15 +10,12 @@ beat.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
-from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.polish import OracleTour, polished
 from benchmarks.exploration.setups import Setup
@@ -44,12 +41,8 @@ _WARM_M: Final = 1.0
 _COLD_M: Final = 0.15
 _STEPS_M: Final = ((1.5, 12.0), (0.5, 4.0), (0.0, 1.2))
 """Heat from which on waypoints are shifted by so much."""
-_STRAIGHTENED_M: Final = (0.3, 1.0, 2.5)
-"""The waypoints of another pilot's flight leave its path by so much."""
 _SHARES: Final = (0.78, 0.82, 0.85, 0.88, 0.90, 0.915, 0.93, 0.945, 0.96, 0.97, 0.98, 0.987, 0.993, 0.998)
 """The search knows nothing of what turns show: from few legs on, the first tour that shows enough as flown counts."""
-
-_LEAST_OF_DISC: Final = 0.96  # a disc shows no more when it turns
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,55 +61,23 @@ def best_tour(lot: Lot, setup: Setup, wanted: float) -> OracleTour:
     Two searches are made: one that turns on the spot where a tour begins and ends, and counts on what turns show, and
     one that knows of legs only. Raises ValueError when neither shows enough.
     """
-    found = [_best(lot, setup, wanted, turns=turns) for turns in ((False,) if setup.is_disc else (False, True))]
+    found = [_best(lot, setup, wanted, turns=turns) for turns in (False, True)]
     tours = [tour for tour in found if tour is not None]
     if not tours:
         raise ValueError(f"seed {lot.seed}: no tour shows {wanted:.0%} of the lot")
     return min(tours, key=lambda tour: tour.distance_m)
 
 
-def shortened(lot: Lot, setup: Setup, tour: OracleTour, tracks: Iterable[Floats], wanted: float) -> OracleTour:
-    """Return a shorter tour than ``tour`` if one is found that begins with another pilot's flight, ``tracks`` (N, 2)
-    of (north, east) metres until enough was seen. Equal calls give equal tours.
-    """
-    found = [tour]
-    for track in tracks:
-        begins = [shapely.LineString(track).simplify(metres) for metres in _STRAIGHTENED_M]
-        places = [np.array(line.coords) for line in begins]
-        found += [better for turns in (False, True) for better in _from_track(lot, setup, places, wanted, turns)]
-    return min(found, key=lambda one: one.distance_m)
-
-
-def _from_track(lot: Lot, setup: Setup, begins: list[Floats], wanted: float, turns: bool) -> list[OracleTour]:
-    rng = np.random.default_rng([lot.seed, 8])
-    flights = TourFlights(lot, setup, turns=turns)
-    flown = [(flights.fly(places), places) for places in begins]
-    enough = [(tour, places) for tour, places in flown if tour is not None]
-    found = []
-    if enough:
-        best, places = min(enough, key=lambda one: one[0].distance_m)
-        found.append(polished(best, places, flights.fly, rng))
-    searched = _best(lot, setup, wanted, turns=turns, begins=begins[-1:])
-    return [*found, *([] if searched is None else [searched])]
-
-
-def _best(
-    lot: Lot, setup: Setup, wanted: float, *, turns: bool, begins: list[Floats] | None = None
-) -> OracleTour | None:
-    """Turns always show more than a search knows of: tours are made for less than what is wanted, and flown.
-
-    ``begins`` are tours to begin with in place of lines to and fro; they are good ones, and not heated so much.
-    """
+def _best(lot: Lot, setup: Setup, wanted: float, *, turns: bool) -> OracleTour | None:
+    """Turns always show more than a search knows of: tours are made for less than what is wanted, and flown."""
     rng = np.random.default_rng([lot.seed, 7])
     flights = TourFlights(lot, setup, turns=turns)
     ground = _ground(lot, setup, turns=turns).with_share(wanted)
     shares = _SHARES[0 if turns else 1 :]
-    hot = _HOT_M if begins is None else _WARM_M
-    begins = _beginnings(ground) if begins is None else begins
-    annealed = sorted((_annealed(ground, one, rng, _SWEEPS, hot) for one in begins), key=length_of)
+    annealed = sorted((_annealed(ground, one, rng, _SWEEPS, _HOT_M) for one in _beginnings(ground)), key=length_of)
     found = []
     for tour in annealed[:2]:
-        for share in shares if not setup.is_disc else [share for share in shares if share >= _LEAST_OF_DISC]:
+        for share in shares:
             tour = _annealed(ground.with_share(share), tour, rng, _AGAIN, _WARM_M)
             flown = flights.fly(tour)
             if flown is not None:
@@ -152,8 +113,6 @@ def _ground(lot: Lot, setup: Setup, *, turns: bool) -> _Ground:
     weights = np.full(len(places), (step * FINE_M) ** 2, np.float32)
     swath = setup.swath
     footprint = Footprint.of(swath, PathPlanSettings()) if turns else Footprint(swath.width, swath.depth)
-    if setup.is_disc:
-        footprint = Disc(swath.width, swath.width)
     wanted = Wanted(places.astype(np.float32), weights, 0.0)
     return _Ground(wanted, Terms(footprint, _SHORT_BY, trials=24, turned_first=turns), np.array(lot.start))
 
@@ -189,7 +148,7 @@ def _lines(turned: Floats, ground: _Ground, offset: float) -> list[Floats]:
     low, high = float(turned[:, 1].min()), float(turned[:, 1].max())
     count = max(1, math.ceil((high - low) / ground.terms.footprint.width - 0.1 + offset / 2))
     pitch = max((high - low) / count, 1e-6)
-    reach = ground.terms.footprint.depth / 2 * (0.7 if isinstance(ground.terms.footprint, Disc) else 1.0)
+    reach = ground.terms.footprint.depth / 2
     lines = []
     for number in range(count):
         begin = low + number * pitch

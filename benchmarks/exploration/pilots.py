@@ -1,22 +1,20 @@
-"""Pilots: the planner itself, and the simple rules that it is compared with."""
+"""Pilots: the planner itself, and the simple rule that it is compared with."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from typing import Final, Protocol
+from typing import Final
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.exploration.disc import Disc
 from benchmarks.exploration.surveyed import SurveyedMap
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, CoarseLayers, Window
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.field import InformationField, information_field
-from hawk.algo.path_plan.footprint import Swath
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
@@ -30,23 +28,17 @@ _TURN_LEAD_RAD: Final = 0.8
 _END_M: Final = 0.3  # a tour's last place is reached when the drone stands
 _MARGIN_M: Final = 40.0
 _LEAST_CELLS: Final = 12  # a smaller frontier is noise
-_REPLAN_S: Final = 3.0  # explore_lite's planner_frequency, 0.33 Hz
-_POTENTIAL_SCALE: Final = 3.0  # m-explore's launch file
-_GAIN_SCALE: Final = 1.0
-_LEAST_STEP_M: Final = 5.0
-_LATTICE: Final = 3  # coarse cells between two candidates of gain by distance
 
 
 class PlannerPilot:
-    """The Path Plan App as the flight has it; ``is_disc``: what counts as seen is a disc, and it knows that.
+    """The Path Plan App as the flight has it.
+
     ``settings`` None: its own. ``ground``: what an operator asked to survey, None without an outline.
     """
 
-    def __init__(
-        self, *, is_disc: bool = False, settings: PathPlanSettings | None = None, ground: AskedGround | None = None
-    ) -> None:
+    def __init__(self, *, settings: PathPlanSettings | None = None, ground: AskedGround | None = None) -> None:
         self._ground = ground
-        self._app = PathPlanApp(settings, footprint=_disc if is_disc else None)
+        self._app = PathPlanApp(settings)
         self._interface = AlgorithmTopicInterface()
         self._known: SurveyedMap | None = None
 
@@ -110,7 +102,7 @@ class TourPilot:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """Inputs of a simple rule: ``unknown`` cells that may be lot and were not seen well, ``frontier`` those of them
+    """Inputs of the rule: ``unknown`` cells that may be lot and were not seen well, ``frontier`` those of them
     that touch well-seen lot, and where the drone may fly.
     """
 
@@ -130,33 +122,23 @@ class Scene:
         return bool(self.frontier[max(row - 1, 0) : row + 2, max(column - 1, 0) : column + 2].any())
 
 
-class Rule(Protocol):
-    """Chooses a place; None when nothing is left."""
-
-    def choose(self, scene: Scene, frame: FrameInput) -> Place | None:
-        """Return a new place to fly to."""
-        ...
-
-    def keeps(self, scene: Scene, place: Place, frame: FrameInput) -> bool:
-        """Return True while the chosen place is worth flying to."""
-        ...
-
-
 @dataclass
-class RulePilot:
-    """Flies to the places that a rule chooses, inside the fence, picture along the flight."""
+class FrontierPilot:
+    """Yamauchi's rule: flies to the nearest cell between what is known and what is not, inside the fence, picture along
+    the flight.
+    """
 
-    rule: Rule
     _place: Place | None = None
     _guard: FenceGuard = field(default_factory=lambda: FenceGuard(None))
 
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:
-        """Keep the place for as long as the rule does."""
+        """Keep the place until it is reached or seen."""
         if frame.fence != self._guard.fence:
             self._guard = FenceGuard(frame.fence)
         scene = _scene(frame, known, self._guard)
-        if self._place is None or not self.rule.keeps(scene, self._place, frame):
-            self._place = self.rule.choose(scene, frame)
+        place = self._place
+        if place is None or not scene.is_frontier_near(place) or math.dist(place, scene.place) <= ARRIVAL_M:
+            self._place = _nearest(scene)
         if self._place is None:
             return PathPlan(explore=ExploreStatus(done=True))
         if self._guard.contains_line(scene.place, self._place):
@@ -165,94 +147,14 @@ class RulePilot:
         return towards(frame, corner if corner is not None else self._place)
 
 
-class NearestFrontier:
-    """Yamauchi's rule: the nearest cell between what is known and what is not."""
-
-    def choose(self, scene: Scene, frame: FrameInput) -> Place | None:  # noqa: ARG002 - a rule's interface
-        """Return the nearest frontier cell."""
-        cells = np.argwhere(scene.frontier)
-        if len(cells) == 0:
-            return None
-        places = scene.places(cells)
-        north, east = places[int(np.argmin(np.hypot(*(places - scene.place).T)))]
-        return float(north), float(east)
-
-    def keeps(self, scene: Scene, place: Place, frame: FrameInput) -> bool:  # noqa: ARG002
-        """Until it is seen."""
-        return scene.is_frontier_near(place) and math.dist(place, scene.place) > ARRIVAL_M
-
-
-@dataclass
-class MExplore:
-    """explore_lite: least ``potential_scale * distance - gain_scale * size`` over whole frontiers, chosen every 3 s."""
-
-    _chosen_at: float = -math.inf
-
-    def choose(self, scene: Scene, frame: FrameInput) -> Place | None:
-        """Return the middle of the cheapest frontier, or its nearest cell when the drone is there already."""
-        self._chosen_at = frame.captured
-        count, labels = cv2.connectedComponents(scene.frontier.astype(np.uint8), connectivity=8)
-        best, least = None, math.inf
-        for label in range(1, count):
-            places = scene.places(np.argwhere(labels == label))
-            away = np.hypot(*(places - scene.place).T)
-            cost = _POTENTIAL_SCALE * float(away.min()) - _GAIN_SCALE * len(places) * COARSE_M
-            if cost < least:
-                middle = places.mean(0)
-                near = math.dist(middle, scene.place) <= 2 * ARRIVAL_M
-                at = places[int(np.argmin(np.where(away > 2 * ARRIVAL_M, away, math.inf)))] if near else middle
-                best, least = (float(at[0]), float(at[1])), cost
-        return best
-
-    def keeps(self, scene: Scene, place: Place, frame: FrameInput) -> bool:
-        """Until the next look, or until it is reached."""
-        return frame.captured - self._chosen_at < _REPLAN_S and math.dist(place, scene.place) > ARRIVAL_M
-
-
-@dataclass
-class GainByDistance:
-    """The place whose picture shows the most new ground for its distance."""
-
-    side: float
-    """Of a square as large as a picture on the ground, metres."""
-    _gain: float = 0.0
-
-    def choose(self, scene: Scene, frame: FrameInput) -> Place | None:
-        """Return the best place of a lattice over where the drone may be."""
-        gains = self._gains(scene)
-        lattice = np.zeros(gains.shape, np.bool_)
-        lattice[::_LATTICE, ::_LATTICE] = True
-        cells = np.argwhere(lattice & (scene.field.allowed > 0) & (gains > PathPlanSettings().least_gain_m2))
-        places = scene.places(cells)
-        away = np.hypot(*(places - scene.place).T)
-        cells, places, away = (values[away > _LEAST_STEP_M] for values in (cells, places, away))
-        if len(cells) == 0:
-            self._gain = 0.0
-            return NearestFrontier().choose(scene, frame)
-        best = int(np.argmax(gains[cells[:, 0], cells[:, 1]] / away))
-        self._gain = float(gains[tuple(cells[best])])
-        return float(places[best][0]), float(places[best][1])
-
-    def keeps(self, scene: Scene, place: Place, frame: FrameInput) -> bool:  # noqa: ARG002
-        """Return True until it is reached, or half of its promise was seen in flight."""
-        if math.dist(place, scene.place) <= ARRIVAL_M:
-            return False
-        if self._gain == 0.0:
-            return scene.is_frontier_near(place)
-        column, row = np.round(scene.field.window.cells_of(np.array(place[0]), np.array(place[1]))).astype(int)
-        shape = scene.unknown.shape
-        if not (0 <= row < shape[0] and 0 <= column < shape[1]):
-            return False
-        return bool(self._gains(scene)[row, column] > self._gain / 2)
-
-    def _gains(self, scene: Scene) -> NDArray[np.float32]:
-        side = round(self.side / COARSE_M)
-        summed = cv2.boxFilter(scene.unknown.astype(np.float32), -1, (side, side), normalize=False)
-        return np.asarray(summed * COARSE_M**2, dtype=np.float32)
-
-
-def _disc(swath: Swath) -> Disc:
-    return Disc(swath.width, swath.width)
+def _nearest(scene: Scene) -> Place | None:
+    """Return the nearest frontier cell; None when nothing is left."""
+    cells = np.argwhere(scene.frontier)
+    if len(cells) == 0:
+        return None
+    places = scene.places(cells)
+    north, east = places[int(np.argmin(np.hypot(*(places - scene.place).T)))]
+    return float(north), float(east)
 
 
 def _scene(frame: FrameInput, known: SurveyedMap, guard: FenceGuard) -> Scene:

@@ -3,23 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 
 from benchmarks.exploration.flight import Flown
-from benchmarks.exploration.runs import BASELINES, KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun
+from benchmarks.exploration.runs import KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun
 from benchmarks.figures import Figure, Limit
 
 _TARGETS: Final[dict[str, Limit]] = {
     "distance_over_oracle_median": Limit(highest=1.10),
     "distance_over_oracle_p90": Limit(highest=1.25),
     "distance_over_nearest_frontier_median": Limit(highest=0.85),
-    "distance_over_bound_median": Limit(highest=1.66),
-    "oracle_over_bound_median": Limit(highest=1.60),
-    "nearest_frontier_over_bound_median": Limit(highest=2.05),
     "plan_ms_p99": Limit(highest=30.0),
     "excursions": Limit(0, 0),
     "coverage_min": Limit(lowest=0.98),
@@ -34,31 +31,26 @@ def prefixed(found: Iterable[Figure]) -> list[Figure]:
     return [replace(figure, key=f"{_PREFIX}{figure.key}") for figure in found]
 
 
-def figures(flown: Sequence[SeedRun], prototype: Sequence[SeedRun]) -> list[Figure]:
-    """Return the figures of both set-ups; one without runs is left out."""
-    found: list[Figure] = []
-    if flown:
-        found += _of_flown(flown)
-    if prototype:
-        found += _of_prototype(prototype)
-    both = [run.planner for run in (*flown, *prototype)]
-    found += [
-        _figure("plan_ms_p99", "step of the planner, p99", _percentile(_plans(both), 99), "ms"),
-        _figure("plan_ms_max", "step of the planner, worst", _percentile(_plans(both), 100), "ms"),
-        _figure("excursions", "excursions, all flights", float(sum(flight.excursions for flight in both))),
-        _figure("coverage_min", "lot seen at the end, worst seed", min(flight.coverage for flight in both)),
-        _figure("unfinished", "ended with less than 98 % seen", float(sum(f.distance_m is None for f in both))),
-        _figure("not_done", "did not end by itself", float(sum(f.end != "done" for f in both))),
+def figures(runs: Sequence[SeedRun]) -> list[Figure]:
+    """Return the figures of all flights."""
+    flights = [run.planner for run in runs]
+    return [
+        *_distance_figures(runs),
+        _figure("plan_ms_p99", "step of the planner, p99", _percentile(_plans(flights), 99), "ms"),
+        _figure("plan_ms_max", "step of the planner, worst", _percentile(_plans(flights), 100), "ms"),
+        _figure("excursions", "excursions, all flights", float(sum(flight.excursions for flight in flights))),
+        _figure("coverage_min", "lot seen at the end, worst seed", min(flight.coverage for flight in flights)),
+        _figure("unfinished", "ended with less than 98 % seen", float(sum(f.distance_m is None for f in flights))),
+        _figure("not_done", "did not end by itself", float(sum(f.end != "done" for f in flights))),
     ]
-    return found
 
 
-def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
+def _distance_figures(runs: Sequence[SeedRun]) -> list[Figure]:
     oracle = [run.best_distance_m for run in runs]
     distances = _distances(runs, PLANNER)
     nearest = _distances(runs, NEAREST)
     seconds = _seconds(runs)
-    found = [
+    return [
         _figure("lots", "lots of 0.3, 1 and 3 ha", float(len(runs))),
         *_spread("distance_over_oracle", "distance by oracle", _ratios(distances, oracle)),
         *_by_size(runs),
@@ -66,15 +58,8 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
             "known_lot_over_oracle", "lot known, distance by oracle", _ratios(_distances(runs, KNOWN_LOT), oracle)
         ),
         *_spread("outline_over_oracle", "outline, distance by oracle", _ratios(_distances(runs, OUTLINE), oracle)),
-        *_outline_by_size(runs),
         *_spread("distance_over_nearest_frontier", "distance by nearest frontier", _ratios(distances, nearest)),
-    ]
-    for name in BASELINES:
-        found += _spread(f"{name}_over_oracle", f"{name} by oracle", _ratios(_distances(runs, name), oracle))
-        found += _spread(f"distance_over_{name}", f"distance by {name}", _ratios(distances, _distances(runs, name)))[
-            : name != NEAREST
-        ]
-    found += [
+        *_spread(f"{NEAREST}_over_oracle", "nearest frontier by oracle", _ratios(nearest, oracle)),
         *_spread("seconds_over_oracle", "time by oracle's", _ratios(seconds, [run.oracle.seconds for run in runs])),
         *_spread("flown_distance_over_bound", "distance by bound", _ratios(distances, [run.bound for run in runs])),
         *_spread("flown_oracle_over_bound", "oracle by bound", _ratios(oracle, [run.bound for run in runs])),
@@ -84,35 +69,23 @@ def _of_flown(runs: Sequence[SeedRun]) -> list[Figure]:
         _figure("seconds_median", "time, median", _percentile(seconds, 50), "s"),
         _figure("distance_median", "distance, median", _percentile(distances, 50), "m"),
     ]
-    return found
-
-
-def _sizes(runs: Sequence[SeedRun]) -> Iterator[tuple[float, str, list[SeedRun]]]:
-    """Yield hectares, their part of a key, and the runs over lots of that size."""
-    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
-        those = [run for run in runs if round(run.lot.area / 1e4, 1) == hectares]
-        yield hectares, f"{hectares:g}".replace(".", "_"), those
 
 
 def _by_size(runs: Sequence[SeedRun]) -> list[Figure]:
+    """Return the figures of each size of lots, of the planner by itself and with the outline."""
     found = []
-    for hectares, name, those in _sizes(runs):
-        distances = [distance_over_oracle(run) for run in those]
-        found += _spread(f"distance_over_oracle_{name}_ha", f"distance by oracle, {hectares:g} ha", distances)
-        times = _ratios(_seconds(those), [run.oracle.seconds for run in those])
-        found += _spread(f"seconds_over_oracle_{name}_ha", f"time by oracle's, {hectares:g} ha", times)
-    return found
-
-
-def _outline_by_size(runs: Sequence[SeedRun]) -> list[Figure]:
-    found = []
-    for hectares, name, those in _sizes(runs):
+    for hectares in sorted({round(run.lot.area / 1e4, 1) for run in runs}):
+        those = [run for run in runs if round(run.lot.area / 1e4, 1) == hectares]
+        name, size = f"{hectares:g}_ha".replace(".", "_"), f"{hectares:g} ha"
         best = [run.best_distance_m for run in those]
-        found += _spread(
-            f"outline_over_oracle_{name}_ha", f"outline, {hectares:g} ha", _ratios(_distances(those, OUTLINE), best)
-        )
-        whole = [run.flights[OUTLINE].whole_distance_m for run in those]
-        found += _spread(f"outline_whole_{name}_ha", f"outline, to its end, {hectares:g} ha", _ratios(whole, best))
+        times = _ratios(_seconds(those), [run.oracle.seconds for run in those])
+        outlined = _ratios(_distances(those, OUTLINE), best)
+        whole = _ratios([run.flights[OUTLINE].whole_distance_m for run in those], best)
+        distances = [distance_over_oracle(run) for run in those]
+        found += _spread(f"distance_over_oracle_{name}", f"distance by oracle, {size}", distances)
+        found += _spread(f"seconds_over_oracle_{name}", f"time by oracle's, {size}", times)
+        found += _spread(f"outline_over_oracle_{name}", f"outline, {size}", outlined)
+        found += _spread(f"outline_whole_{name}", f"outline, to its end, {size}", whole)
     return found
 
 
@@ -121,26 +94,10 @@ def _seconds(runs: Sequence[SeedRun]) -> list[float]:
     return [math.inf if run.planner.seconds is None else run.planner.seconds for run in runs]
 
 
-def _of_prototype(runs: Sequence[SeedRun]) -> list[Figure]:
-    bounds = [run.bound for run in runs]
-    oracle = [run.best_distance_m for run in runs]
-    nearest = _ratios(_distances(runs, NEAREST), bounds)
-    return [
-        _figure("prototype_lots", "lots of 0.5 ha seen through a disc", float(len(runs))),
-        *_spread("distance_over_bound", "disc: distance by bound", _ratios(_distances(runs, PLANNER), bounds)),
-        *_spread("oracle_over_bound", "disc: oracle by bound", _ratios(oracle, bounds)),
-        *_spread("nearest_frontier_over_bound", "disc: nearest frontier by bound", nearest),
-        *_spread(
-            "prototype_distance_over_oracle", "disc: distance by oracle", _ratios(_distances(runs, PLANNER), oracle)
-        ),
-    ]
-
-
-def rows(setup: str, runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
+def rows(runs: Iterable[SeedRun]) -> list[dict[str, Any]]:
     """Return one JSON object a seed: lot, bound, oracle, and distance and time of every pilot."""
     return [
         {
-            "setup": setup,
             "seed": run.lot.seed,
             "kind": run.lot.kind,
             "area_m2": round(run.lot.area),
@@ -174,7 +131,7 @@ def _row(flight: Flown) -> dict[str, Any]:
 def _distances(runs: Sequence[SeedRun], name: str) -> list[float]:
     """Return the distances until enough was seen.
 
-    The planner's is infinite when it never was. A rule that gave up gets the distance it flew, which flatters it.
+    The planner's is infinite when it never was. A rule that ended early gets the distance it flew, which flatters it.
     """
     short = math.inf if name == PLANNER else None
     distances = []

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-import numpy as np
-
-from benchmarks.exploration.flight import WANTED, Flown, Pilot, fly
+from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.oracle import shortened
-from benchmarks.exploration.pilots import GainByDistance, MExplore, NearestFrontier, PlannerPilot, RulePilot
+from benchmarks.exploration.pilots import FrontierPilot, PlannerPilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import KnownLotMap
@@ -27,13 +23,7 @@ KNOWN_LOT_SETTINGS: Final = PathPlanSettings(first_spare=0.05, border=0.0, turn_
 OUTLINE: Final = "outline"
 """The planner as the flight has it with an outline: the lot as it is, positions and map with their errors."""
 NEAREST: Final = "nearest_frontier"
-BASELINES: Final[Mapping[str, Callable[[Setup], Pilot]]] = {
-    NEAREST: lambda _: RulePilot(NearestFrontier()),
-    "m_explore": lambda _: RulePilot(MExplore()),
-    "gain_by_distance": lambda setup: RulePilot(GainByDistance(math.sqrt(setup.footprint_area))),
-}
-_NEARLY: Final = 1.1
-"""The oracle's search begins with paths that are no longer than this multiple of its own."""
+"""A simple rule: the nearest cell between what is known and what is not."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,32 +51,16 @@ class SeedRun:
         return self.flights[PLANNER]
 
 
-def run_seed(setup: Setup, seed: int, tours: TourCache, *, shorten: bool = False) -> SeedRun:
-    """Fly the planner to its own end and the others until enough was seen.
-
-    ``shorten``: the oracle's search begins with their paths as well.
-    """
+def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
+    """Fly the planner to its own end and the others until enough was seen."""
     lot = setup.lot(seed)
-    flights = {PLANNER: fly(lot, setup, PlannerPilot(is_disc=setup.is_disc))}
-    if not setup.is_disc:
-        flights[KNOWN_LOT] = fly_known_lot(lot, setup)
-        flights[OUTLINE] = fly_outline(lot, setup)
-    for name, pilot in BASELINES.items():
-        flights[name] = fly(lot, setup, pilot(setup), to_the_end=False)
-    oracle = tours.tour(lot, setup)
-    if shorten:
-        oracle = _shortened(lot, setup, oracle, flights.values())
-        tours.keep(lot, setup, oracle)
-    return SeedRun(lot, setup.bound(lot.area), oracle, flights)
-
-
-def _shortened(lot: Lot, setup: Setup, oracle: OracleTour, flights: Iterable[Flown]) -> OracleTour:
-    """Begin with the paths that are not much longer than the oracle's."""
-    short = [
-        one.track for one in flights if one.distance_m is not None and one.distance_m < _NEARLY * oracle.distance_m
-    ]
-    tracks = [track[: int(np.searchsorted(track[:, 2], WANTED)) + 1, :2] for track in short]
-    return shortened(lot, setup, oracle, tracks, WANTED)
+    flights = {
+        PLANNER: fly(lot, setup, PlannerPilot()),
+        KNOWN_LOT: fly_known_lot(lot, setup),
+        OUTLINE: fly_outline(lot, setup),
+        NEAREST: fly(lot, setup, FrontierPilot(), to_the_end=False),
+    }
+    return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
 
 
 def fly_known_lot(lot: Lot, setup: Setup) -> Flown:

@@ -20,9 +20,6 @@ from hawk.model.poses import MapPose
 
 GOOD_SHARE: Final = PathPlanSettings().good_share
 """Share of the picture, about its middle, that the mapper treats as seen well."""
-DISC_M: Final = 20.0
-"""Radius of the ground that the prototype's set-up sees, metres."""
-_DISC_CORNERS: Final = 32
 _AREAS_M2: Final = (3_000.0, 10_000.0, 30_000.0)
 
 
@@ -35,29 +32,21 @@ class Setup:
     lot: Callable[[int], Lot]
     camera: CameraModel
     height: float
-    is_disc: bool
 
     @property
     def swath(self) -> Swath:
-        """Ground seen when the drone is level; of a disc its box."""
-        if self.is_disc:
-            return Swath(2 * DISC_M, 2 * DISC_M, self.height)
+        """Ground seen when the drone is level."""
         return Swath.of(self.camera, self.height, GOOD_SHARE)
 
     @property
     def footprint_area(self) -> float:
         """Square metres seen from one place."""
-        return math.pi * DISC_M**2 if self.is_disc else self.swath.width * self.swath.depth
+        return self.swath.width * self.swath.depth
 
     def outline(self, pose: MapPose, share: float) -> NDArray[np.float64]:
-        """Return the corners (N, 2) of the ground in the middle ``share`` of a picture; a disc lies below the drone."""
-        if not self.is_disc:
-            inner = replace(self.camera, fx=self.camera.fx / share, fy=self.camera.fy / share)
-            return np.array([(p.north, p.east) for p in ground_footprint(inner, pose)])
-        angles = np.arange(_DISC_CORNERS) * (math.tau / _DISC_CORNERS)
-        # as large as the disc: corners lie outside it, sides cut into it
-        radius = DISC_M * share / GOOD_SHARE * math.sqrt(math.tau / _DISC_CORNERS / math.sin(math.tau / _DISC_CORNERS))
-        return np.column_stack([pose.north + radius * np.cos(angles), pose.east + radius * np.sin(angles)])
+        """Return the corners (N, 2) of the ground in the middle ``share`` of a picture."""
+        inner = replace(self.camera, fx=self.camera.fx / share, fy=self.camera.fy / share)
+        return np.array([(p.north, p.east) for p in ground_footprint(inner, pose)])
 
     def bound(self, area: float) -> float:
         """Return the least distance that any tour needs, metres: (area - one look) / width swept."""
@@ -67,17 +56,7 @@ class Setup:
 def flown() -> Setup:
     """Return the default flight: its camera at the desired height, lots of 0.3, 1 and 3 ha."""
     camera = _camera(1280, 720, 640 / math.tan(math.radians(CameraSettings().horizontal_fov_deg) / 2))
-    return Setup("flown", 3, _flown_lot, camera, HeightSettings().desired_m, is_disc=False)
-
-
-def prototype() -> Setup:
-    """Return the set-up of the prototype: islands in rotated rectangles of 0.5 ha, seen through a disc.
-
-    The camera's picture is the disc's box; a planner that uses footprints gets the disc.
-    """
-    height = HeightSettings().desired_m
-    camera = _camera(1280, 1280, 1280 * GOOD_SHARE * height / (2 * DISC_M))
-    return Setup("prototype", 1, lambda seed: draw_lot(seed, 5_000.0, "islands"), camera, height, is_disc=True)
+    return Setup("flown", 3, _flown_lot, camera, HeightSettings().desired_m)
 
 
 def _camera(width: int, height: int, focal: float) -> CameraModel:

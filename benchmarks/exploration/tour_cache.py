@@ -49,10 +49,8 @@ class TourCache:
         return OracleTour(np.array(kept["places"]), kept["distance_m"], kept["seconds"])
 
     def keep(self, lot: Lot, setup: Setup, tour: OracleTour) -> None:
-        """Take a tour of another process, or a shorter one than before."""
-        key = _key(lot, setup)
-        if key not in self._known or round(tour.distance_m, 2) < self._known[key]["distance_m"]:
-            self._keep(key, tour)
+        """Take a tour of another process."""
+        self._keep(_key(lot, setup), tour)
 
     def _keep(self, key: str, tour: OracleTour) -> None:
         places = np.round(tour.places, 2).tolist()

@@ -197,7 +197,7 @@ def _taken_over(store: Database, saved: Saved, look: Look, former: World, world:
 
 def store_look(store: Database, look: Look) -> Saved:
     """Store a survey; its looks have the stalls' numbers as times (`stored_ids`)."""
-    numbered = tuple(replace(stall, looked=float(stall.id)) for stall in look.survey.stalls)
+    numbered = tuple(replace(stall, looked_at=float(stall.id)) for stall in look.survey.stalls)
     with store.writing() as connection:
         return save(connection, replace(look.survey, stalls=numbered), find_stalls)
 
@@ -213,7 +213,7 @@ def _stored(connection: Connection, saved: Saved) -> dict[int, str]:
     if saved.placed not in PLACED:
         return {}
     rows = connection.execute(
-        select(OBSERVATION.c.looked, STALL.c.id)
+        select(OBSERVATION.c.looked_at, STALL.c.id)
         .join(STALL, STALL.c.key == OBSERVATION.c.stall)
         .where(OBSERVATION.c.survey == saved.seq)
     )

@@ -13,7 +13,6 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from benchmarks.chain_flight.flight import Flown
 from benchmarks.chain_flight.measure import ORIGIN
 from benchmarks.frames import camera_model
 from benchmarks.lots.visits import APART_M, Visit
@@ -24,7 +23,6 @@ from hawk.algo.vision import decode
 from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork
 from hawk.lots.registration.frames import Move
-from hawk.lots.survey.landing import LandingFacts, finished
 from hawk.lots.values import Detection, FinishedSurvey
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
@@ -84,8 +82,8 @@ class StillEye:
         ended = visit.at.timestamp()
         stalls = tuple(
             Detection(
-                id=k, north=n, east=e, angle=a, width=w, length=le, taken=t,
-                state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, seen=1, looked=ended,
+                id=k, north=n, east=e, angle=a, width=w, length=le, taken_probability=t,
+                state=StallState.TAKEN if t >= 0.5 else StallState.FREE, score=s, picture_count=1, looked_at=ended,
             )
             for k, (n, e, a, w, le, t, s) in enumerate(
                 np.column_stack([
@@ -100,7 +98,7 @@ class StillEye:
         survey = FinishedSurvey(
             name=f"{visit.number:06d}-still", datum=datum, began=ended - _DURATION_S, ended=ended, time_is_sure=True,
             outline=_outline(world, lots.intersection(ground), datum, move), stalls=stalls, program="benchmark",
-            seen=_outline(world, ground, datum, move),
+            seen_ground=_outline(world, ground, datum, move),
         )  # fmt: skip
         return looked(survey, world, places)
 
@@ -132,18 +130,6 @@ def true_ids(world: World, places: FloatArray, ids: list[int]) -> dict[int, int]
         if away[k] < SAME_M and stall not in found.values():
             found[ids[k]] = stall
     return found
-
-
-def _turn_of(world: World, places: FloatArray, compass: float) -> float:
-    """Return by how much a flight's map is turned: the mapper learns the compass's error, or a part of it."""
-    true = _true_places(world)
-
-    def off(turn: float) -> float:
-        turned = Move(turn=-turn).of(places)
-        away, _ = cKDTree(true).query(turned + _shift(true, turned))
-        return float(np.minimum(away, SAME_M).mean())
-
-    return min(np.linspace(-1.2, 1.2, 25) * abs(compass), key=off, default=0.0) if len(places) and len(true) else 0.0
 
 
 def _shift(true: FloatArray, places: FloatArray) -> FloatArray:
@@ -189,17 +175,3 @@ def _outline(world: World, ground: shapely.Geometry, datum: GlobalPose, move: Mo
             places = move.of(north_east(np.array(part.exterior.coords[:-1]), world.start()))
             rings.append(tuple((float(a), float(b)) for a, b in to_global(datum, places)))
     return Outline(tuple(rings))
-
-
-def flown_look(flown: Flown, world: World, visit: Visit) -> Look:
-    """Return a flight as the survey that the daemon would store, with the truth."""
-    ended = visit.at.timestamp()
-    survey = finished(
-        LandingFacts(
-            name=f"{visit.number:06d}-flown", datum=datum_of(world, visit), current=flown.output.occupancy_map,
-            outline=None, seconds=flown.seconds, utc=ended, time_is_sure=True, program="benchmark",
-            flown_s=flown.seconds, simulated=True,
-        )
-    )  # fmt: skip
-    places = np.array([(stall.north, stall.east) for stall in survey.stalls]).reshape(-1, 2)
-    return looked(survey, world, Move(turn=-_turn_of(world, places, visit.compass)).of(places))

@@ -165,7 +165,7 @@ def part_of(panel: Panel, surveys: Sequence[int]) -> Panel:
     return Panel(
         panel.lot, panel.name, panel.clock, panel.clock_name, panel.stalls,
         tuple(panel.surveys[k] for k in surveys), panel.left_out,
-        panel.taken[surveys], panel.state[surveys], panel.is_there[surveys],
+        panel.taken_probability[surveys], panel.state[surveys], panel.is_there[surveys],
     )  # fmt: skip
 
 

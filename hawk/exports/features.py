@@ -242,7 +242,7 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
     keys = select(STALL.c.key).where(*is_in).order_by(STALL.c.key)
     if choice.begin is not None or choice.end is not None:
         keys = keys.select_from(STALL.join(OBSERVATION, is_last_look(connection))).where(
-            *choice.during(OBSERVATION.c.looked, OBSERVATION.c.looked)
+            *choice.during(OBSERVATION.c.looked_at, OBSERVATION.c.looked_at)
         )
     if choice.box is None:
         matched = connection.execute(select(func.count()).select_from(keys.order_by(None).subquery())).scalar_one()
@@ -264,7 +264,12 @@ def _stalls_of(connection: Connection, lot: str, choice: Choice, skipped: int, l
 def _with_looks(connection: Connection, keys: Select[Any]) -> Sequence[Row[Any]]:
     chosen = keys.subquery()
     joined = STALL.join(chosen, chosen.c.key == STALL.c.key).outerjoin(OBSERVATION, is_last_look(connection))
-    columns = (*(STALL.c[name] for name in _STALL), OBSERVATION.c.state, OBSERVATION.c.taken, OBSERVATION.c.looked)
+    columns = (
+        *(STALL.c[name] for name in _STALL),
+        OBSERVATION.c.state,
+        OBSERVATION.c.taken_probability,
+        OBSERVATION.c.looked_at,
+    )
     return connection.execute(select(*columns).select_from(joined).order_by(STALL.c.key)).all()
 
 
@@ -277,8 +282,9 @@ def _rings(datum: tuple[float, float], rows: Sequence[Row[Any]]) -> Floats:
 
 def _stall(row: Row[Any], ring: Floats) -> Feature:
     properties = {
-        "lot": row.lot, "label": row.label, "kind": row.kind, "state": row.state, "taken_probability": row.taken,
-        "observed": None if row.looked is None else utc(row.looked), "width_m": row.width, "length_m": row.length,
+        "lot": row.lot, "label": row.label, "kind": row.kind, "state": row.state,
+        "taken_probability": row.taken_probability,
+        "observed": None if row.looked_at is None else utc(row.looked_at), "width_m": row.width, "length_m": row.length,
         "confirmed": row.is_confirmed,
     }  # fmt: skip
     shape = Geometry(type="Polygon", coordinates=[ring.tolist()])

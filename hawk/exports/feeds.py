@@ -72,14 +72,14 @@ def valid_at(survey: ExportRecord, now: float, valid_s: float) -> ExportRecord:
     A survey whose time is not sure has no state, and no look: it may be of any day.
     """
     if not survey.time_is_sure:
-        stalls = tuple(replace(stall, state=UNSEEN, taken=None, looked=None) for stall in survey.stalls)
+        stalls = tuple(replace(stall, state=UNSEEN, taken_probability=None, looked_at=None) for stall in survey.stalls)
         return replace(survey, ended=min(survey.ended, now), stalls=stalls)
     return replace(survey, stalls=tuple(_valid(stall, now, valid_s) for stall in survey.stalls))
 
 
 def _valid(stall: Observation, now: float, valid_s: float) -> Observation:
-    is_valid = stall.looked is not None and now - stall.looked <= valid_s and has_been(stall.looked, now)
-    return stall if is_valid else replace(stall, state=UNSEEN, taken=None)
+    is_valid = stall.looked_at is not None and now - stall.looked_at <= valid_s and has_been(stall.looked_at, now)
+    return stall if is_valid else replace(stall, state=UNSEEN, taken_probability=None)
 
 
 def ngsi_entities(survey: ExportRecord) -> list[dict[str, Any]]:
@@ -166,7 +166,7 @@ def _ngsi_spot(stall: Observation, site: str, group: str | None) -> dict[str, An
         "length": round(stall.length, 2),
         "refParkingSite": site,
         **({} if group is None else {"refParkingGroup": group}),
-        **({} if stall.looked is None else {"timeInstant": utc(stall.looked)}),
+        **({} if stall.looked_at is None else {"timeInstant": utc(stall.looked_at)}),
     }
 
 
@@ -185,7 +185,7 @@ def cds_spaces(survey: ExportRecord) -> dict[str, Any]:
 
 
 def _cds_space(number: int, stall: Observation, zone: str, ended: int) -> dict[str, Any]:
-    looked = {} if stall.looked is None else {"availability_time": round(stall.looked * 1000)}
+    looked = {} if stall.looked_at is None else {"availability_time": round(stall.looked_at * 1000)}
     known = {"available": stall.state == "free", **looked} if stall.state != UNSEEN else {}
     return {
         "curb_space_id": stall.id,
@@ -257,7 +257,7 @@ def _parkapi_spot(stall: Observation, survey: ExportRecord) -> dict[str, Any]:
 def _realtime_spot(stall: Observation, survey: ExportRecord) -> dict[str, Any]:
     return {
         "has_realtime_data": True,
-        "realtime_data_updated_at": _offset(survey.ended if stall.looked is None else stall.looked),
+        "realtime_data_updated_at": _offset(survey.ended if stall.looked_at is None else stall.looked_at),
         "realtime_status": _PARKAPI_STATES.get(stall.state, "UNKNOWN"),
     }
 

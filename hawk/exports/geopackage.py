@@ -92,10 +92,11 @@ def _write(connection: sqlite3.Connection, surveys: Sequence[ExportRecord]) -> N
 
 
 def _row(survey: ExportRecord, stall: Observation) -> list[Any]:
-    looked = None if stall.looked is None else utc(stall.looked).replace("Z", ".000Z")
+    looked = None if stall.looked_at is None else utc(stall.looked_at).replace("Z", ".000Z")
     return [
-        stall.id, survey.lot_id, survey.survey, stall.label, stall.kind or "normal", stall.state, stall.taken, looked,
-        stall.seen, stall.width, stall.length, stall.direction, stall.is_confirmed,
+        stall.id, survey.lot_id, survey.survey, stall.label, stall.kind or "normal", stall.state,
+        stall.taken_probability, looked, stall.picture_count, stall.width, stall.length,
+        stall.direction, stall.is_confirmed,
     ]  # fmt: skip
 
 

@@ -54,12 +54,12 @@ def _place(document: Element, stall: Observation) -> None:
         "stall_id": stall.id,
         "state": stall.state,
         "kind": stall.kind or "normal",
-        "picture_count": str(stall.seen),
+        "picture_count": str(stall.picture_count),
     }
-    if stall.taken is not None:
-        values["taken_probability"] = f"{stall.taken:.3f}"
-    if stall.looked is not None:
-        values["observed_utc"] = utc(stall.looked)
+    if stall.taken_probability is not None:
+        values["taken_probability"] = f"{stall.taken_probability:.3f}"
+    if stall.looked_at is not None:
+        values["observed_utc"] = utc(stall.looked_at)
     data = SubElement(place, "ExtendedData")
     for name, value in values.items():
         _text(SubElement(data, "Data", name=name), "value", value)

@@ -143,7 +143,9 @@ class _Layouts:
         return self.stalls[key]
 
 
-_LOOK: Final = tuple(OBSERVATION.c[name] for name in ("stall", "state", "taken", "looked", "seen"))
+_LOOK: Final = tuple(
+    OBSERVATION.c[name] for name in ("stall", "state", "taken_probability", "looked_at", "picture_count")
+)
 
 
 def _registered(connection: Connection, layouts: _Layouts, survey: RowMapping) -> tuple[Observation, ...]:
@@ -161,7 +163,10 @@ def _found(survey: RowMapping, datum: LatLon) -> tuple[Observation, ...]:
 def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation, ...]:
     """Return the stalls that a survey found, about its own datum (latitude, longitude), with its own numbers."""
     placed = _on_earth(datum, [_alone(stall) for stall in found])
-    looks = (_Look(stall.state.value, stall.taken, stall.looked, stall.seen, stall.score) for stall in found)
+    looks = (
+        _Look(stall.state.value, stall.taken_probability, stall.looked_at, stall.picture_count, stall.score)
+        for stall in found
+    )
     return tuple(_exported(each, look) for each, look in zip(placed, looks, strict=True))
 
 
@@ -171,9 +176,9 @@ def _alone(stall: Detection) -> LayoutStall:
 
 class _Look(NamedTuple):
     state: str
-    taken: float
-    looked: float
-    seen: int
+    taken_probability: float
+    looked_at: float
+    picture_count: int
     score: float | None = None
 
 
@@ -194,9 +199,9 @@ def _exported(placed: _Placed, look: _Look | None) -> Observation:
         label=stall.label,
         kind=stall.kind,
         state=state,
-        taken=None if look is None else look.taken,
-        looked=None if look is None else look.looked,
-        seen=0 if look is None else look.seen,
+        taken_probability=None if look is None else look.taken_probability,
+        looked_at=None if look is None else look.looked_at,
+        picture_count=0 if look is None else look.picture_count,
         place=placed.place,
         corners=placed.corners,
         width=stall.width,

@@ -19,20 +19,21 @@ UNSEEN: Final = "unknown"
 class Observation:
     """A stall of the layout with the survey's look at it.
 
-    ``corners`` (4) run counter-clockwise as seen from above; ``place`` is their middle. ``taken``: probability that a
-    car stands there, None where the survey did not look. ``looked``: time of the last look, UTC, Unix seconds.
-    ``seen``: number of looks. ``kind`` is one of OpenStreetMap's ``parking_space``, "" for a normal stall. ``width``
-    and ``length`` in metres, ``direction`` of the long side in degrees clockwise from north, below 180. ``score``:
-    probability of being a stall at all, None for one of a layout. ``is_named``: a person gave or confirmed the label.
+    ``corners`` (4) run counter-clockwise as seen from above; ``place`` is their middle. ``taken_probability``: that
+    a car stands there, None where the survey did not look. ``looked_at``: time of the last look, UTC, Unix seconds.
+    ``picture_count``: number of looks. ``kind`` is one of OpenStreetMap's ``parking_space``, "" for a normal stall.
+    ``width`` and ``length`` in metres, ``direction`` of the long side in degrees clockwise from north, below 180.
+    ``score``: probability of being a stall at all, None for one of a layout. ``is_named``: a person gave or confirmed
+    the label.
     """
 
     id: str
     label: str
     kind: str
     state: str
-    taken: float | None
-    looked: float | None
-    seen: int
+    taken_probability: float | None
+    looked_at: float | None
+    picture_count: int
     place: LatLon
     corners: tuple[LatLon, ...]
     width: float

@@ -136,7 +136,7 @@ def _row(
         "stalls": pack_stalls(survey.stalls),
         "program": survey.program,
         "simulated": survey.simulated,
-        "seen": pack_outline(survey.seen) if survey.seen.polygons else None,
+        "seen_ground": pack_outline(survey.seen_ground) if survey.seen_ground.polygons else None,
         "doubt": None,
         "accuracy": survey.accuracy,
         "blurred": _blurred(of_lot),
@@ -252,8 +252,13 @@ def observe(connection: Connection, seq: int, keys: Mapping[int, int], stalls: S
 def looks_of(seq: int, keys: Mapping[int, int], stalls: Sequence[Detection]) -> list[dict[str, Any]]:
     """Return the rows of the table of observations: what a survey saw of known stalls. ``keys`` as in `observe`."""
     return [
-        {"survey": seq, "stall": keys[stall.id], "looked": stall.looked, "taken": stall.taken}
-        | {"state": stall.state.value, "seen": stall.seen}
+        {
+            "survey": seq,
+            "stall": keys[stall.id],
+            "looked_at": stall.looked_at,
+            "taken_probability": stall.taken_probability,
+        }
+        | {"state": stall.state.value, "picture_count": stall.picture_count}
         for stall in stalls
         if stall.id in keys
     ]

@@ -152,7 +152,7 @@ def survey(connection: Connection, survey_id: str) -> Survey:
 
 
 _LOOK: Final = (
-    OBSERVATION.c.state, OBSERVATION.c.taken.label("taken_probability"), OBSERVATION.c.looked, OBSERVATION.c.seen,
+    OBSERVATION.c.state, OBSERVATION.c.taken_probability, OBSERVATION.c.looked_at, OBSERVATION.c.picture_count,
 )  # fmt: skip
 
 
@@ -232,7 +232,7 @@ def _look_of(row: Row[Any]) -> Found:
     return {
         "state": row.state,
         "taken_probability": row.taken_probability,
-        "observed": None if row.looked is None else moment(row.looked),
+        "observed": None if row.looked_at is None else moment(row.looked_at),
         "survey": row.by,
     }
 
@@ -309,7 +309,7 @@ def observations(
     def shown(row: Row[Any]) -> Observation:
         return Observation(
             survey=row.by, stall=row.id, label=row.label, state=row.state,
-            taken_probability=row.taken_probability, observed=moment(row.looked), picture_count=row.seen,
+            taken_probability=row.taken_probability, observed=moment(row.looked_at), picture_count=row.picture_count,
         )  # fmt: skip
 
     return _part(ObservationList, connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")

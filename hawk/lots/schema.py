@@ -24,9 +24,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 3
+VERSION: Final = 4
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "50b2c472d30450c1eb66f5280583bfab"
+SCHEMA: Final = "9804fb580556af67a794541b378f8660"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -79,7 +79,7 @@ SURVEY: Final = Table(
     Column("stalls", LargeBinary, nullable=False),
     Column("program", Text, nullable=False),
     Column("simulated", Boolean, nullable=False),
-    Column("seen", LargeBinary),
+    Column("seen_ground", LargeBinary),
     Column("doubt", Text),
     Column("accuracy", Float),
     Column("blurred", Integer),
@@ -89,7 +89,7 @@ SURVEY: Final = Table(
     Column("limits", Text, nullable=False),
     sqlite_autoincrement=True,
 )
-"""Order: `hawk.lots.survey.order`. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen``: `pack_outline` of the
+"""Order: `hawk.lots.survey.order`. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen_ground``: `pack_outline` of the
 ground that was seen, with the holes in it; NULL without any: such a survey is registered nowhere, since a row that the
 edge of the flight cuts is a shorter row. ``doubt``: JSON of `hawk.lots.registration.survey_place.Doubt`, of a survey
 whose place was not certain; the place that a person chose stays with a survey that goes on after a battery swap.
@@ -162,10 +162,10 @@ OBSERVATION: Final = Table(
     METADATA,
     Column("survey", ForeignKey("survey.seq"), primary_key=True),
     Column("stall", ForeignKey("stall.key"), primary_key=True),
-    Column("looked", Float, nullable=False),
-    Column("taken", Float, nullable=False),
+    Column("looked_at", Float, nullable=False),
+    Column("taken_probability", Float, nullable=False),
     Column("state", String(8), nullable=False),
-    Column("seen", Integer, nullable=False),
+    Column("picture_count", Integer, nullable=False),
     Index("ix_observation_stall", "stall"),
     sqlite_with_rowid=False,
 )

@@ -179,9 +179,15 @@ def _box(corners: NDArray[np.float64], seen: _Box) -> _Box | None:
 
 def _states(connection: Connection, survey: int, ids: Mapping[int, str]) -> dict[str, str]:
     """Return the states of which a survey was sure; ``ids`` of stalls by their keys."""
-    asked = select(OBSERVATION.c.stall, OBSERVATION.c.state, OBSERVATION.c.taken).where(OBSERVATION.c.survey == survey)
+    asked = select(OBSERVATION.c.stall, OBSERVATION.c.state, OBSERVATION.c.taken_probability).where(
+        OBSERVATION.c.survey == survey
+    )
     rows = connection.execute(asked).all()
-    return {ids[row.stall]: row.state for row in rows if row.stall in ids and max(row.taken, 1 - row.taken) >= SURE}
+    return {
+        ids[row.stall]: row.state
+        for row in rows
+        if row.stall in ids and max(row.taken_probability, 1 - row.taken_probability) >= SURE
+    }
 
 
 def _labels(

@@ -140,7 +140,7 @@ WITNESS_SCORE: Final = 0.5
 class Detection:
     """A stall as a survey saw it: `Stall`, with the time of the last look in place of the daemon's clock.
 
-    ``north``, ``east``: centre in the survey's frame, metres. ``looked``: UTC, Unix seconds. ``known``: the UUID of
+    ``north``, ``east``: centre in the survey's frame, metres. ``looked_at``: UTC, Unix seconds. ``known``: the UUID of
     that stall in the lot's plan, by which the flight gave it; it says nothing of where the survey lies. ``is_extra``:
     found beside given stalls, where the plan has none. ``is_blurred``: only blurred pictures showed it;
     None: not measured.
@@ -152,11 +152,11 @@ class Detection:
     angle: float
     width: float
     length: float
-    taken: float
+    taken_probability: float
     state: StallState
     score: float
-    seen: int
-    looked: float
+    picture_count: int
+    looked_at: float
     known: str = ""
     is_extra: bool = False
     is_blurred: bool | None = None
@@ -179,7 +179,7 @@ class Detection:
                 raise LotInputError(f"stalls[{self.id}].{each.name}", f"must be a finite number, not {value}")
 
     @classmethod
-    def of(cls, stall: Stall, looked: float) -> Detection:
+    def of(cls, stall: Stall, looked_at: float) -> Detection:
         """Return a stall of the map with the time of its last look (UTC, Unix seconds)."""
         return cls(
             id=stall.id,
@@ -188,11 +188,11 @@ class Detection:
             angle=float(stall.angle),
             width=float(stall.width),
             length=float(stall.length),
-            taken=float(stall.taken),
+            taken_probability=float(stall.taken),
             state=stall.extra or stall.state,
             score=float(stall.score),
-            seen=int(stall.seen),
-            looked=looked,
+            picture_count=int(stall.seen),
+            looked_at=looked_at,
             known=stall.known,
             is_extra=stall.extra is not None,
             is_blurred=stall.is_blurred,
@@ -200,11 +200,14 @@ class Detection:
 
     def on_map(self) -> Stall:
         """Return the stall as one of a map, without a time."""
-        shown = {each.name: getattr(self, each.name) for each in fields(self) if each.name not in _NOT_ON_MAP}
+        names = (each.name for each in fields(self) if each.name not in _NOT_ON_MAP)
+        shown = {_ON_MAP.get(name, name): getattr(self, name) for name in names}
         return Stall(**shown, last_seen=0.0, version=0)
 
 
-_NOT_ON_MAP: Final = ("looked", "is_extra")
+_NOT_ON_MAP: Final = ("looked_at", "is_extra")
+_ON_MAP: Final = {"taken_probability": "taken", "picture_count": "seen"}
+"""Names that a stall of the map has for columns of a detection."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,7 +216,7 @@ class FinishedSurvey:
 
     ``name``: that of its journal. ``began``, ``ended``: UTC, Unix seconds; not ``time_is_sure`` while neither a time
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
-    without the suggested ones, but with the extra ones. ``seen``: all ground that was seen, of the lot or beside it.
+    without the suggested ones, but with the extra ones. ``seen_ground``: all that was seen, of the lot or beside it.
     ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
     source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
     """
@@ -227,7 +230,7 @@ class FinishedSurvey:
     stalls: tuple[Detection, ...]
     program: str
     simulated: bool = False
-    seen: Outline = field(default=Outline(), repr=False)
+    seen_ground: Outline = field(default=Outline(), repr=False)
     accuracy: float | None = None
     pictures: PictureSource | None = None
     title: str = ""
@@ -328,9 +331,13 @@ class Saved:
     doubt: str = ""
 
 
-_SCALES: Final = {"north": 100, "east": 100, "angle": 1e4, "width": 100, "length": 100, "taken": 1000, "score": 1000}
+_SCALES: Final = {
+    "north": 100, "east": 100, "angle": 1e4, "width": 100, "length": 100, "taken_probability": 1000, "score": 1000
+}  # fmt: skip
 """Whole steps of a unit in a packed snapshot: centimetres, 0.1 mrad, thousandths."""
 _COLUMNS: Final = tuple(each.name for each in fields(Detection))
+_FORMER: Final = {"taken": "taken_probability", "seen": "picture_count", "looked": "looked_at"}
+"""Names of columns in the snapshots of stores before version 4 -> their names."""
 
 
 def pack_stalls(stalls: Sequence[Detection]) -> bytes:
@@ -340,18 +347,18 @@ def pack_stalls(stalls: Sequence[Detection]) -> bytes:
         values = [getattr(stall, name) for stall in stalls]
         scale = _SCALES.get(name)
         table[name] = values if scale is None else [round(value * scale) for value in values]
-    table["looked"] = [round(value, 1) for value in table["looked"]]
+    table["looked_at"] = [round(value, 1) for value in table["looked_at"]]
     return zlib.compress(json.dumps(table, allow_nan=False, separators=(",", ":")).encode(), 9)
 
 
 def unpack_stalls(data: bytes) -> tuple[Detection, ...]:
     """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
     try:
-        table = json.loads(zlib.decompress(data))
+        table = {_FORMER.get(name, name): values for name, values in json.loads(zlib.decompress(data)).items()}
         for name, none in (("known", ""), ("is_extra", False), ("is_blurred", None)):  # earlier versions lack them
             table.setdefault(name, [none] * len(table["id"]))
         columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
         rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
         return tuple(Detection(**{**row, "state": StallState(row["state"])}) for row in rows)
-    except (zlib.error, ValueError, KeyError, TypeError) as error:
+    except (zlib.error, ValueError, KeyError, TypeError, AttributeError) as error:
         raise LotStoreError(f"the stalls of a survey cannot be read: {error}") from error

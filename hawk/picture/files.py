@@ -80,7 +80,11 @@ def stalls_in_system(mapped: PictureSurvey) -> bytes:
                     "type": "Polygon",
                     "coordinates": [[[round(x, decimals), round(y, decimals)] for x, y in ring]],
                 },
-                "properties": {"stall_id": stall.id, "state": stall.state, "taken_probability": stall.taken},
+                "properties": {
+                    "stall_id": stall.id,
+                    "state": stall.state,
+                    "taken_probability": stall.taken_probability,
+                },
             }
         )
     system_member = {"type": "name", "properties": {"name": named}}

@@ -53,4 +53,4 @@ def unseen_share(kept: FinishedSurvey) -> float:
     """Return the share of a lot's ground that its survey did not see; 0 without a lot."""
     datum = kept.datum.latitude, kept.datum.longitude
     lot = ground_about(datum, kept.outline)
-    return float(lot.difference(ground_about(datum, kept.seen)).area / lot.area) if lot.area else 0.0
+    return float(lot.difference(ground_about(datum, kept.seen_ground)).area / lot.area) if lot.area else 0.0

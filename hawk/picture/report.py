@@ -19,7 +19,11 @@ def free_range(mapped: PictureSurvey) -> tuple[int, int] | None:
     stalls = mapped.survey.stalls
     if not stalls or any(stall.score is None for stall in stalls):
         return None
-    variance = sum(free_variance(stall.score or 0.0, stall.taken) for stall in stalls if stall.taken is not None)
+    variance = sum(
+        free_variance(stall.score or 0.0, stall.taken_probability)
+        for stall in stalls
+        if stall.taken_probability is not None
+    )
     least, most = interval_of(mapped.survey.count("free"), variance)
     return least, min(most, len(stalls))
 

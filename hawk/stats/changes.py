@@ -93,7 +93,10 @@ def changes_between(panel: Panel, before: int, after: int) -> Changed:
     earlier, later = earlier[order], later[order]
     first, then = panel.state[before][earlier], panel.state[after][later]
     both = (first != UNSEEN) & (then != UNSEEN)
-    one, other = np.nan_to_num(panel.taken[before][earlier]), np.nan_to_num(panel.taken[after][later])
+    one, other = (
+        np.nan_to_num(panel.taken_probability[before][earlier]),
+        np.nan_to_num(panel.taken_probability[after][later]),
+    )
     came, left = (1 - one) * other, one * (1 - other)
     found = []
     for k in np.flatnonzero(first != then).tolist():
@@ -157,7 +160,7 @@ def steady(panel: Panel, groups: Sequence[Group]) -> list[tuple[Steady, Steady]]
     """
     is_seen = panel.is_there & (panel.state != UNSEEN)
     looks = is_seen.sum(axis=0)
-    probability = np.clip(np.nan_to_num(panel.taken), 1e-6, 1 - 1e-6)
+    probability = np.clip(np.nan_to_num(panel.taken_probability), 1e-6, 1 - 1e-6)
     surveys = np.count_nonzero(summed(is_seen, groups), axis=0).tolist()
     ever = panel.is_there.any(axis=0)
     enough = looks >= LEAST_LOOKS

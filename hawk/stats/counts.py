@@ -58,7 +58,7 @@ class Counted:
 def count(panel: Panel, groups: Sequence[Group]) -> Counted:
     """Return the counts of groups at every survey of a panel."""
     is_seen = panel.is_there & (panel.state != UNSEEN)
-    doubt = np.where(is_seen, panel.taken * (1 - panel.taken), np.float32(0))
+    doubt = np.where(is_seen, panel.taken_probability * (1 - panel.taken_probability), np.float32(0))
     capacity, seen = capacity_of(panel.is_there, groups), summed(is_seen, groups)
     taken = summed(is_seen & (panel.state == TAKEN), groups)
     error = WIDER * summed(doubt, groups)

@@ -78,7 +78,7 @@ def _wrong(panel: Panel, is_state: Sequence[Bools], groups: Sequence[Group]) -> 
 
     ``is_state``: which stalls (S, N) are called free, and taken.
     """
-    taken, none = panel.taken, np.float32(0)
+    taken, none = panel.taken_probability, np.float32(0)
     chances = []
     for true, right, wrong in ((1 - taken, *is_state), (taken, *reversed(is_state))):
         missed = summed(np.where(wrong, true, none), groups)

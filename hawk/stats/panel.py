@@ -110,7 +110,7 @@ class _Looked:
     surveys: tuple[PanelRow, ...]
     stalls: tuple[PanelColumn, ...]
     is_present: Bools
-    taken: Floats32
+    taken_probability: Floats32
     state: States
     is_there: Bools
 
@@ -122,10 +122,10 @@ class _Looked:
             for number in np.flatnonzero(is_in & (self.line < 0)).tolist()
         )
         lines = np.sort(self.line[is_in & (self.line >= 0)])
-        surveys, tables = self.surveys, (self.taken, self.state, self.is_there)
+        surveys, tables = self.surveys, (self.taken_probability, self.state, self.is_there)
         if len(lines) < len(surveys):
             surveys = tuple(surveys[line] for line in lines.tolist())
-            tables = self.taken[lines], self.state[lines], self.is_there[lines]
+            tables = self.taken_probability[lines], self.state[lines], self.is_there[lines]
         stalls, is_kept = self.stalls, tables[2].any(axis=0) if len(lines) else self.is_present
         if not is_kept.all():
             stalls = tuple(stalls[number] for number in np.flatnonzero(is_kept).tolist())
@@ -166,8 +166,8 @@ def read_panel(
         connection.info.pop(_KEPT, None)
         read, looked = period, _read(connection, lot, period)
     panel = looked.panel(period)
-    if looked.taken.size <= MOST_KEPT:
-        for values in (panel.taken, panel.state, panel.is_there):
+    if looked.taken_probability.size <= MOST_KEPT:
+        for values in (panel.taken_probability, panel.state, panel.is_there):
             values.flags.writeable = False
         connection.info[_KEPT] = _Kept(version, read, looked, period, panel)
     return panel
@@ -224,7 +224,7 @@ def _table(looks: Looks, lines: Ints, keys: Ints) -> tuple[Floats32, States]:
     columns[keys] = np.arange(len(keys))
     column = columns[looks.stall]
     place = (lines * len(keys))[looks.line] + column
-    chance, found = looks.taken, _STATES_OF_LOOKS[looks.state]
+    chance, found = looks.taken_probability, _STATES_OF_LOOKS[looks.state]
     is_known = column >= 0
     if not is_known.all():
         place, chance, found = place[is_known], chance[is_known], found[is_known]

@@ -156,7 +156,9 @@ def stalls_use(connection: Connection, lot: str, period: Period) -> StallsUse:
     is_seen = panel.is_there & (panel.state != UNSEEN)
     looks = is_seen.sum(axis=0).astype(np.float64)
     taken = (is_seen & (panel.state == TAKEN)).sum(axis=0).astype(np.float64)
-    wrong = np.where(is_seen, panel.taken * (1 - panel.taken), np.float32(0)).sum(axis=0, dtype=np.float64)
+    wrong = np.where(is_seen, panel.taken_probability * (1 - panel.taken_probability), np.float32(0)).sum(
+        axis=0, dtype=np.float64
+    )
     low, high = share_bounds(taken, looks, wrong)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = taken / looks

@@ -84,9 +84,9 @@ class LeftOut:
 class Panel:
     """Looks of S surveys, by their time, at N stalls of a lot.
 
-    ``taken`` (S, N): probability of being taken, NaN where unseen; ``state`` (S, N): `FREE`, `TAKEN`, `UNSEEN`;
-    ``is_there`` (S, N): the layout of that survey has the stall. ``clock``: the lot's time, called ``clock_name``.
-    ``local_times`` (S,): moments of the surveys on that clock.
+    ``taken_probability`` (S, N): NaN where unseen; ``state`` (S, N): `FREE`, `TAKEN`, `UNSEEN`; ``is_there``
+    (S, N): the layout of that survey has the stall. ``clock``: the lot's time, called ``clock_name``. ``local_times``
+    (S,): moments of the surveys on that clock.
     """
 
     lot: str
@@ -96,7 +96,7 @@ class Panel:
     stalls: tuple[PanelColumn, ...] = field(repr=False)
     surveys: tuple[PanelRow, ...] = field(repr=False)
     left_out: tuple[LeftOut, ...]
-    taken: Floats32 = field(repr=False)
+    taken_probability: Floats32 = field(repr=False)
     state: States = field(repr=False)
     is_there: Bools = field(repr=False)
     local_times: tuple[datetime, ...] = field(init=False, repr=False)

@@ -33,7 +33,7 @@ def here(given: FinishedSurvey) -> FinishedSurvey:
         north, east = HERE.latitude - DATUM.latitude, HERE.longitude - DATUM.longitude
         return Outline(tuple(tuple((a + north, b + east) for a, b in ring) for ring in outline.polygons))
 
-    return replace(given, datum=HERE, outline=moved(given.outline), seen=moved(given.seen))
+    return replace(given, datum=HERE, outline=moved(given.outline), seen_ground=moved(given.seen_ground))
 
 
 def doubtful(known: object, found: object) -> Doubtful:

@@ -39,7 +39,7 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
     for number, (hours, taken) in enumerate(FLOWN):
         one = seen(dict.fromkeys(range(1, taken + 1), StallState.TAKEN))
         at = BEGAN + 3600 * hours
-        stalls = tuple(replace(stall, looked=at) for stall in one.stalls)
+        stalls = tuple(replace(stall, looked_at=at) for stall in one.stalls)
         with store.writing() as connection:
             save(connection, replace(one, name=f"{number:06d}-X", began=at - 600, ended=at, stalls=stalls), register)
     store.close()

@@ -200,7 +200,7 @@ async def test_a_plan_is_corrected_in_flight(browser: Browser, tmp_path: Path, s
     ground = box(-14, -3, 20, 54, HERE)
     database = Database(tmp_path / "run" / "store" / FILE)
     with database.writing() as connection:
-        save(connection, replace(survey(), datum=HERE, outline=ground, seen=ground))
+        save(connection, replace(survey(), datum=HERE, outline=ground, seen_ground=ground))
     database.close()
     try:
         address = (await stack.start()).url

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -51,14 +50,11 @@ class Plan:
 class PathPlanApp:
     """Plans from the map, frame by frame, on the worker thread."""
 
-    def __init__(
-        self, settings: PathPlanSettings | None = None, footprint: Callable[[Swath], Footprint] | None = None
-    ) -> None:
-        """``footprint`` returns the ground that a swath's picture shows; None: a rectangle that the drone turns."""
+    def __init__(self, settings: PathPlanSettings | None = None) -> None:
+        """``settings`` None: the usual ones."""
         self._settings = settings or PathPlanSettings()
         self._outlined_settings = self._settings.for_outlined_ground()
         self._outlined: OutlinedGround | None = None
-        self._footprint = footprint or (lambda swath: Footprint.of(swath, self._settings, self._lean.share))
         self._overview = Overview()
         self._lean = LeanObserver(self._settings)
         self._readable = ReadableSpeed(self._settings.exposure_s)
@@ -238,6 +234,10 @@ class PathPlanApp:
             return status
         unseen = self._outlined.unseen_m2(lot_map) if status.done else None
         return replace(status, asked_m2=self._outlined.area_m2, unseen_m2=unseen)
+
+    def _footprint(self, swath: Swath) -> Footprint:
+        """Return the ground that a swath's picture shows: a rectangle that the drone turns."""
+        return Footprint.of(swath, self._settings, self._lean.share)
 
     def _scene(self, pose: MapPose, frame: FrameInput, swath: Swath, lot_map: LotMap) -> ExploreScene | None:
         """Return the scene of the exploration, None before the first frame is mapped."""

@@ -73,7 +73,7 @@ def placed_surveys(connection: Connection, lot: str) -> Iterator[RowMapping]:
     """Yield the surveys of a lot whose place and ground are known, the newest first."""
     is_placed = SURVEY.c.placed.in_(PLACED) & SURVEY.c.north.is_not(None)
     asked = select(SURVEY, is_ordered().label("is_ordered"), taken_at().label("taken_at")).where(
-        SURVEY.c.lot == lot, is_placed, SURVEY.c.seen.is_not(None)
+        SURVEY.c.lot == lot, is_placed, SURVEY.c.seen_ground.is_not(None)
     )
     yield from connection.execute(asked.order_by(*newest_first())).mappings()
 

@@ -180,7 +180,7 @@ def _known(connection: Connection, lot: str) -> tuple[tuple[LayoutStall, ...], B
     present = tuple(all_stalls(connection, lot))
     if present:
         return present, known_ground(connection, lot), "stalls"
-    is_seen = SURVEY.c.seen.is_not(None)
+    is_seen = SURVEY.c.seen_ground.is_not(None)
     asked = select(SURVEY).where(SURVEY.c.lot == lot, is_seen).order_by(*newest_first()).limit(1)
     row = connection.execute(asked).mappings().first()
     if row is None:

@@ -54,21 +54,23 @@ class Findings:
 
     datum: tuple[float, float]
     stalls: tuple[Detection, ...] = field(repr=False)
-    seen: Outline = field(repr=False)
+    seen_ground: Outline = field(repr=False)
 
     @classmethod
     def of(cls, survey: FinishedSurvey) -> Self:
         """Return that of a survey that has ended."""
-        return cls((survey.datum.latitude, survey.datum.longitude), survey.stalls, survey.seen)
+        return cls((survey.datum.latitude, survey.datum.longitude), survey.stalls, survey.seen_ground)
 
     @classmethod
     def stored(cls, row: _Row) -> Self:
         """Return that of a row of the table of surveys. Raises LotStoreError."""
-        return cls((row["latitude"], row["longitude"]), unpack_stalls(row["stalls"]), unpack_outline(row["seen"]))
+        return cls(
+            (row["latitude"], row["longitude"]), unpack_stalls(row["stalls"]), unpack_outline(row["seen_ground"])
+        )
 
     def ground(self, move: Move) -> BaseGeometry:
         """Return the ground that was seen, after a move of the survey's frame."""
-        return move.ground(ground_about(self.datum, self.seen))
+        return move.ground(ground_about(self.datum, self.seen_ground))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +114,7 @@ def move_of(place: PossiblePlace | Registration) -> Move:
 
 def registered(connection: Connection, lot: str, looked: Findings, register: Register) -> Registration | Doubtful:
     """Return where a survey lies among the stalls of a lot. Moves bring the survey's frame onto the lot's."""
-    if not looked.seen.polygons:
+    if not looked.seen_ground.polygons:
         return Doubtful(say("the ground that the survey saw is not known"))
     known = KnownGround(tuple(all_stalls(connection, lot)), known_ground(connection, lot))
     if known.seen.is_empty:
@@ -208,7 +210,7 @@ def known_ground(connection: Connection, lot: str) -> BaseGeometry:
     made_by = select(STALL.c.first_survey).where(STALL.c.lot == lot, was_in_plan).distinct()
     makers = connection.execute(made_by).scalars().all()
     surveys = [seq for seq in makers if seq is not None]
-    is_placed = SURVEY.c.seq.in_(surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen.is_not(None)
+    is_placed = SURVEY.c.seq.in_(surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen_ground.is_not(None)
     rows = connection.execute(select(SURVEY).where(is_placed)).mappings().all()
     seen = union_all([Findings.stored(row).ground(Move(row["north"], row["east"], row["turn"])) for row in rows])
     if makers and not surveys:

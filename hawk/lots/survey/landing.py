@@ -95,7 +95,7 @@ def finished(landed: LandingFacts) -> FinishedSurvey:
         ),
         program=landed.program,
         simulated=landed.simulated,
-        seen=seen_ground(survey),
+        seen_ground=seen_ground(survey),
         accuracy=landed.accuracy,
         pictures=landed.pictures,
         title=landed.title,

@@ -21,7 +21,7 @@ from hawk.model.lot_map import StallState
 
 STATES: Final = (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)
 """States by their number in a piece."""
-_LOOK: Final = np.dtype([("stall", "<u4"), ("taken", "<u2"), ("state", "u1")])
+_LOOK: Final = np.dtype([("stall", "<u4"), ("taken_probability", "<u2"), ("state", "u1")])
 _SCALE: Final = 10_000
 _REMEDY: Final = "Restore a backup: hawk-drone restore FILE"
 _LOG = logging.getLogger(__name__)
@@ -32,15 +32,15 @@ class Looks:
     """Looks of S surveys at stalls, L in all, each survey's together.
 
     ``surveys``: their numbers; ``at`` (S,): mean moment of each one's looks, UTC, Unix seconds. Of each look (L,):
-    ``line``, its survey's place in ``surveys``; ``stall``, the key; ``taken``, the probability; ``state``, its number
-    in `STATES`.
+    ``line``, its survey's place in ``surveys``; ``stall``, the key; ``taken_probability``; ``state``, its number in
+    `STATES`.
     """
 
     surveys: tuple[int, ...]
     at: NDArray[np.float64] = field(repr=False)
     line: NDArray[np.int64] = field(repr=False)
     stall: NDArray[np.int64] = field(repr=False)
-    taken: NDArray[np.float32] = field(repr=False)
+    taken_probability: NDArray[np.float32] = field(repr=False)
     state: NDArray[np.int8] = field(repr=False)
 
 
@@ -68,7 +68,7 @@ def unpack_looks(pieces: Sequence[tuple[int, float, bytes]]) -> Looks:
         np.array([at for _, at, _ in pieces], np.float64),
         np.repeat(np.arange(len(pieces)), counts),
         table["stall"].astype(np.int64),
-        (table["taken"] / _SCALE).astype(np.float32),
+        (table["taken_probability"] / _SCALE).astype(np.float32),
         table["state"].astype(np.int8),
     )
 
@@ -118,7 +118,7 @@ def _is_whole(at: object, data: object) -> bool:
 def _with_wrong_values(pieces: Mapping[int, tuple[float, bytes]], highest: int) -> set[int]:
     """Return the surveys whose table has a value that is none. ``highest``: key of the last stall."""
     table = np.frombuffer(b"".join(data for _, data in pieces.values()), _LOOK)
-    is_wrong = (table["state"] >= len(STATES)) | (table["taken"] > _SCALE) | (table["stall"] > highest)
+    is_wrong = (table["state"] >= len(STATES)) | (table["taken_probability"] > _SCALE) | (table["stall"] > highest)
     if not is_wrong.any():
         return set()
     line = np.repeat(np.arange(len(pieces)), [len(data) // _LOOK.itemsize for _, data in pieces.values()])
@@ -135,9 +135,9 @@ def missing_looks(connection: Connection, lot: str) -> list[int]:
 
 
 def _read(connection: Connection, survey: int) -> tuple[float, bytes] | None:
-    asked = select(OBSERVATION.c.stall, OBSERVATION.c.taken, OBSERVATION.c.state, OBSERVATION.c.looked)
+    asked = select(OBSERVATION.c.stall, OBSERVATION.c.taken_probability, OBSERVATION.c.state, OBSERVATION.c.looked_at)
     rows = connection.execute(asked.where(OBSERVATION.c.survey == survey).order_by(OBSERVATION.c.stall)).all()
     if not rows:
         return None
-    at = sum(row.looked for row in rows) / len(rows)
-    return at, pack_looks([(row.stall, row.taken, row.state) for row in rows])
+    at = sum(row.looked_at for row in rows) / len(rows)
+    return at, pack_looks([(row.stall, row.taken_probability, row.state) for row in rows])

@@ -196,7 +196,7 @@ def _on_earth_of(stalls: Stalls, grid: PixelGrid, origin: LatLon) -> _OnEarth:
     )
 
 
-def _exported(stalls: Stalls, on_earth: _OnEarth, looked: float) -> tuple[Observation, ...]:
+def _exported(stalls: Stalls, on_earth: _OnEarth, looked_at: float) -> tuple[Observation, ...]:
     states = states_of(stalls.taken)
     turn = np.degrees(on_earth.angle)
     return tuple(
@@ -205,9 +205,9 @@ def _exported(stalls: Stalls, on_earth: _OnEarth, looked: float) -> tuple[Observ
             label="",
             kind="",
             state=UNSEEN if states[k] is StallState.UNKNOWN else str(states[k]),
-            taken=round(float(stalls.taken[k]), 3),
-            looked=looked,
-            seen=1,
+            taken_probability=round(float(stalls.taken[k]), 3),
+            looked_at=looked_at,
+            picture_count=1,
             place=_place(on_earth.middle[k]),
             corners=tuple(_place(corner) for corner in on_earth.corners[k]),
             width=round(float(on_earth.width[k]), 2),

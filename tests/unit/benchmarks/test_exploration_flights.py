@@ -16,8 +16,8 @@ from benchmarks.exploration import __main__ as command
 from benchmarks.exploration import campaign
 from benchmarks.exploration.flight import fly
 from benchmarks.exploration.lots import Lot
-from benchmarks.exploration.oracle import best_tour, shortened
-from benchmarks.exploration.pilots import MExplore, NearestFrontier, PlannerPilot, RulePilot, TourPilot
+from benchmarks.exploration.oracle import best_tour
+from benchmarks.exploration.pilots import FrontierPilot, PlannerPilot, TourPilot
 from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.report import distance_over_oracle, figures, rows
 from benchmarks.exploration.runs import KNOWN_LOT, NEAREST, OUTLINE, PLANNER, SeedRun, fly_known_lot, fly_outline
@@ -70,12 +70,7 @@ def _everyone_s() -> SeedRun:
     lot = setup.lot(3)
     flights = {PLANNER: fly(lot, setup, PlannerPilot()), KNOWN_LOT: fly_known_lot(lot, setup)}
     flights[OUTLINE] = fly_outline(lot, setup)
-    for name, rule in (
-        (NEAREST, NearestFrontier()),
-        ("m_explore", MExplore()),
-        ("gain_by_distance", NearestFrontier()),
-    ):
-        flights[name] = fly(lot, setup, RulePilot(rule), to_the_end=False)
+    flights[NEAREST] = fly(lot, setup, FrontierPilot(), to_the_end=False)
     return SeedRun(lot, setup.bound(lot.area), best_tour(lot, setup, 0.98), flights)
 
 
@@ -109,7 +104,7 @@ def test_a_flight_that_did_not_see_enough_never_looks_short(small: SeedRun) -> N
     poor = replace(small.planner, distance_m=None, seconds=None, coverage=0.5)
     run = replace(small, flights={**small.flights, PLANNER: poor})
     assert distance_over_oracle(run) == math.inf
-    by_key = {figure.key: figure for figure in figures([run], [])}
+    by_key = {figure.key: figure for figure in figures([run])}
     assert by_key["distance_over_oracle_median"].value is None
     assert by_key["distance_over_oracle_median"].passed is False
     assert by_key["coverage_min"].passed is False
@@ -118,7 +113,7 @@ def test_a_flight_that_did_not_see_enough_never_looks_short(small: SeedRun) -> N
 
 def test_time_is_by_the_oracle_s_of_the_same_lot(small: SeedRun) -> None:
     slow = replace(small, flights={**small.flights, PLANNER: replace(small.planner, seconds=3 * small.oracle.seconds)})
-    times = {figure.key: figure.value for figure in figures([slow], [])}
+    times = {figure.key: figure.value for figure in figures([slow])}
     assert times["seconds_over_oracle_0_3_ha_median"] == pytest.approx(3.0)
 
 
@@ -145,17 +140,16 @@ def test_with_an_outline_every_place_of_it_is_seen_inside_the_fence(small: SeedR
 
 
 def test_every_promised_figure_is_there(small: SeedRun) -> None:
-    keys = {figure.key for figure in figures([small], [small])}
+    keys = {figure.key for figure in figures([small])}
     promised = {
         "distance_over_oracle_median", "distance_over_oracle_p90", "distance_over_nearest_frontier_median",
-        "distance_over_bound_median",
         "known_lot_over_oracle_median", "known_lot_over_oracle_p90", "distance_over_oracle_0_3_ha_median",
         "seconds_over_oracle_0_3_ha_median", "seconds_over_oracle_0_3_ha_p90",
         "outline_over_oracle_median", "outline_over_oracle_0_3_ha_median", "outline_whole_0_3_ha_median",
-        "plan_ms_p99", "excursions", "coverage_min", "oracle_over_bound_median", "nearest_frontier_over_bound_median",
+        "plan_ms_p99", "excursions", "coverage_min", "nearest_frontier_over_oracle_median",
     }  # fmt: skip
     assert promised <= keys
-    (row,) = rows("flown", [small])
+    (row,) = rows([small])
     assert row["planner"]["distance_m"] == pytest.approx(small.planner.distance_m, abs=0.1)
     assert json.dumps(row)
 
@@ -170,49 +164,28 @@ def test_tours_are_kept_and_not_computed_again(small: SeedRun, tmp_path: Path, m
     assert not unwritten.exists()
 
 
-def test_a_longer_tour_does_not_replace_a_kept_one(small: SeedRun, tmp_path: Path) -> None:
-    cache = TourCache(tmp_path / "tours.json")
-    for factor, kept in ((1.0, 1.0), (1.1, 1.0), (0.9, 0.9)):
-        cache.keep(small.lot, flown(), replace(small.oracle, distance_m=factor * small.oracle.distance_m))
-        assert cache.tour(small.lot, flown()).distance_m == pytest.approx(kept * small.oracle.distance_m, abs=0.01)
-
-
-def test_the_oracle_s_tour_gets_shorter_from_another_pilot_s_flight(small: SeedRun) -> None:
-    """A detour is kept as it is; from the path of a good flight a better tour is found, which shows enough."""
-    poor = replace(small.oracle, distance_m=3 * small.oracle.distance_m)
-    assert shortened(small.lot, flown(), poor, [], 0.98) is poor
-    again = shortened(small.lot, flown(), poor, [small.oracle.places], 0.98)
-    assert again.distance_m < 1.15 * small.oracle.distance_m
-
-
 def test_workers_find_what_one_process_finds(small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(campaign, "ProcessPoolExecutor", ThreadPoolExecutor)
-    monkeypatch.setattr(campaign, "_one", lambda name, seed, tours, shorten: small)
+    monkeypatch.setattr(campaign, "_one", lambda seed, tours: small)
     path = tmp_path / "tours.json"
-    assert campaign.fly_all("flown", [3, 4], path, 2) == [small, small]
-    assert TourCache(tmp_path / "tours-flown.json").tour(small.lot, flown()).distance_m == pytest.approx(
-        small.oracle.distance_m, abs=0.01
-    )
+    assert campaign.fly_all([3, 4], path, 2) == [small, small]
+    assert TourCache(path).tour(small.lot, flown()).distance_m == pytest.approx(small.oracle.distance_m, abs=0.01)
 
 
-def test_the_command_writes_json_and_pictures(
+def test_the_command_writes_json(
     small: SeedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(command, "fly_all", lambda name, seeds, tours, workers, shorten=False: [small] * len(seeds))
+    monkeypatch.setattr(command, "fly_all", lambda seeds, tours, workers: [small] * len(seeds))
     out = tmp_path / "out" / "exploration.json"
-    assert command.main(["--seeds", "3-4", "--json", str(out), "--picture", str(tmp_path / "pictures")]) == 0
+    assert command.main(["--seeds", "3-4", "--json", str(out)]) == 0
     values = json.loads(out.read_text())
     assert values["excursions"] == 0
-    assert len(values["flights"]) == 4
-    assert len(list((tmp_path / "pictures").glob("*.png"))) == 4
+    assert len(values["flights"]) == 2
     assert "distance by oracle, median" in capsys.readouterr().out
-    with pytest.raises(SystemExit):
-        command.main(["--seeds", "3", "--shorten"])
-    assert "--tours" in capsys.readouterr().err
 
 
 def test_among_all_benchmarks_the_keys_do_not_clash(small: SeedRun, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(campaign, "fly_all", lambda name, seeds, tours, workers, shorten=False: [small])
+    monkeypatch.setattr(campaign, "fly_all", lambda seeds, tours, workers: [small])
     assert {"exploration_excursions", "exploration_distance_over_oracle_median"} <= {
         f.key for f in campaign.measure([3])
     }

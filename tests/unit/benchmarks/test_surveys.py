@@ -93,8 +93,8 @@ def test_figures_of_several_surveys_have_mean_and_worst() -> None:
     assert found["free_count_error"].value == pytest.approx(0.11)
     assert found["free_count_error_max"].value == pytest.approx(0.2)
     assert found["free_counts_right"].passed is False
-    assert found["excursions"].value == 2
-    assert found["excursions"].passed is False
+    assert found["surveys_excursions"].value == 2
+    assert found["surveys_excursions"].passed is False
     assert found["distance_over_bound"].value == pytest.approx((3.0 + 2.0) / 2)
     assert found["surveys_finished"].passed
 

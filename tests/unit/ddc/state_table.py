@@ -380,8 +380,17 @@ def _items(rows: dict[tuple[str, ...], list[str]]) -> Iterator[str]:
         for column, cell in zip(COLUMNS, cells, strict=True):
             if cell:
                 leading.setdefault(cell, []).append(column.name)
-        every = [f"{', '.join(states)} → {cell}" for cell, states in leading.items()]
+        every = [f"{', '.join(_grouped(states))} → {cell}" for cell, states in leading.items()]
         yield f"- {'; '.join(names)}: {'; '.join(every) or 'nothing'}"
+
+
+def _grouped(states: list[str]) -> list[str]:
+    """Return names of states, one name for a group of which all are there."""
+    found = states
+    for name, members in _GROUPS.items():
+        if set(members) <= set(states):
+            found = [name if state == members[0] else state for state in found if state not in members[1:]]
+    return found
 
 
 def _lines(rows: dict[tuple[str, ...], list[str]]) -> list[str]:
@@ -402,13 +411,18 @@ def _cell(text: str, reasons: list[str]) -> str:
 
 _SHORT = {column.identity.value: column.name for column in COLUMNS if column.identity is not S.ARM}
 """Names of states as the columns have them."""
+_GROUPS = {
+    "on the ground": ("Idle", "Configure", "Arming", "Armed"),
+    "tasks": ("Explore", "A. Move", "C. Move"),
+}
+"""Names of several states at once, in the list of events."""
 _HEAD = """# States and events
 
 `.venv/bin/python -m tests.unit.ddc.state_table` puts each event to the decider in each state and writes this page; a
 test compares the two. One event happens to a drone on which all is well. The cell, and the word behind an arrow, is the
 state that follows; a state that stays is empty, or not named. A number: the command is refused, with that reason below
 its table. The operator in control gives the commands. "Lost" is CommunicationLost, in which the operator is away; "RTL"
-is Return To Launch.
+is Return To Launch. **On the ground** are Idle, Configure, Arming and Armed, **tasks** Explore and both Moves.
 """
 
 if __name__ == "__main__":

@@ -119,6 +119,6 @@ def test_every_dependency_is_defended(name: str) -> None:
 
 
 def test_the_document_names_no_package_that_is_not_used() -> None:
-    rows = set(re.findall(r"^\| `([\w.-]+)`", DOCUMENT, re.MULTILINE))
+    rows = set(re.findall(r"^(?:\| |- )`([\w.-]+)`", DOCUMENT, re.MULTILINE))
     build = declared(SETTINGS["build-system"]["requires"])
     assert rows == TO_RUN | EXTRAS["cluster"] | build

@@ -76,6 +76,21 @@ def test_links_lead_to_the_same_things_in_the_site(project: Path, tmp_path: Path
     assert "[changes](../CHANGELOG.md)" in (tmp_path / "staged" / "deep" / "page.md").read_text()
 
 
+def test_a_page_shows_a_section_of_a_file_as_it_is(project: Path, tmp_path: Path) -> None:
+    text = "[a]\nx = 1\n\n[web]\n# TCP port\nport = {port}  # 0 to 65535\n\n[b]\ny = [1]\n"
+    (project / "config.toml").write_text(text.format(port=3000))
+    (project / "docs" / "first.md").write_text("# First\n\n<!-- ../config.toml [web] -->\n\nmore\n")
+    before = docs_site.sources_hash(project)
+    docs_site.stage(project, tmp_path / "staged")
+    staged = (tmp_path / "staged" / "first.md").read_text()
+    assert staged == "# First\n\n```toml\n[web]\n# TCP port\nport = 3000  # 0 to 65535\n```\n\nmore\n"
+    (project / "config.toml").write_text(text.format(port=3001))
+    assert docs_site.sources_hash(project) != before
+    (project / "docs" / "first.md").write_text("# First\n\n<!-- ../config.toml [gone] -->\n")
+    with pytest.raises(docs_site.DocsError, match="gone"):
+        docs_site.stage(project, tmp_path / "again")
+
+
 def test_a_link_that_leads_nowhere_is_named(project: Path, tmp_path: Path) -> None:
     (project / "docs" / "first.md").write_text("# First\n\n[gone](gone.md)\n")
     with pytest.raises(docs_site.DocsError, match=r"docs/first\.md: the link gone\.md leads nowhere"):

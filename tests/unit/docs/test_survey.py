@@ -29,7 +29,7 @@ def keys_of_the_report() -> set[str]:
 
 @pytest.mark.parametrize("status", SurveyStatus, ids=lambda status: status.name)
 def test_every_exit_status_is_documented(status: SurveyStatus) -> None:
-    assert re.search(rf"^\| {int(status)} \|", DOCUMENT, re.MULTILINE)
+    assert re.search(rf"^- {int(status)}: ", DOCUMENT, re.MULTILINE)
 
 
 def test_every_measure_of_the_report_is_documented() -> None:

@@ -42,7 +42,9 @@ class Kept:
         self.folder = folder
         self.settings = StoreSettings(directory=folder)
         one, two = survey(), later(survey(), 2)
-        far = replace(later(survey(), 3), datum=FAR, outline=box(-20, -3, 40, 50, FAR), seen=box(-20, -3, 40, 50, FAR))
+        far = replace(
+            later(survey(), 3), datum=FAR, outline=box(-20, -3, 40, 50, FAR), seen_ground=box(-20, -3, 40, 50, FAR)
+        )
         store = Database(folder / FILE)
         with store.writing() as connection:
             saved = [save(connection, each) for each in (one, two, far)]

@@ -120,7 +120,7 @@ def test_every_front_door_answers_over_a_damaged_outline(
 @pytest.mark.slow
 @pytest.mark.parametrize("data", [b"no zlib", zlib.compress(CUT.encode()), zlib.compress(b"\xff")])
 def test_every_front_door_answers_over_damaged_ground_of_a_survey(zoned: Stored, data: bytes) -> None:
-    damage(zoned, "survey", "seen", data)
+    damage(zoned, "survey", "seen_ground", data)
     assert answers(zoned) == {}
 
 
@@ -162,7 +162,7 @@ def test_a_change_that_would_write_over_a_damaged_outline_is_refused(zoned: Stor
 @pytest.mark.parametrize(
     ("table", "column", "value"),
     [
-        ("observation", "taken", 1.5),
+        ("observation", "taken_probability", 1.5),
         ("observation", "state", "gone"),
         ("stall", "kind", "no kind"),
         ("survey", "placed", "?"),

@@ -38,7 +38,7 @@ def validator(models: dict[str, Draft202012Validator], kind: str) -> Draft202012
 
 
 def fresh(survey: ExportRecord) -> ExportRecord:
-    return valid_at(survey, max(stall.looked or 0.0 for stall in survey.stalls), VALID_S)
+    return valid_at(survey, max(stall.looked_at or 0.0 for stall in survey.stalls), VALID_S)
 
 
 def by_type(entities: list[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
@@ -88,7 +88,7 @@ def test_spots_groups_and_site_refer_to_each_other_and_counts_add_up(stored: Sto
 @pytest.mark.slow
 def test_a_look_that_is_too_old_or_of_tomorrow_is_unknown_and_no_count_is_given(stored: Stored) -> None:
     survey = stored.read()
-    latest = max(stall.looked or 0.0 for stall in survey.stalls)
+    latest = max(stall.looked_at or 0.0 for stall in survey.stalls)
     for now in (latest + VALID_S + 700, latest - VALID_S - 700):
         old = valid_at(survey, now, VALID_S)
         assert {stall.state for stall in old.stalls} == {"unknown"}
@@ -103,7 +103,7 @@ def test_a_look_that_is_too_old_or_of_tomorrow_is_unknown_and_no_count_is_given(
 @pytest.mark.slow
 def test_one_stall_that_was_not_seen_makes_the_count_of_its_row_unknown(stored: Stored) -> None:
     survey = fresh(stored.read())
-    unseen = replace(survey.stalls[0], state="unknown", taken=None, looked=None, seen=0)
+    unseen = replace(survey.stalls[0], state="unknown", taken_probability=None, looked_at=None, picture_count=0)
     found = by_type(ngsi_entities(replace(survey, stalls=(unseen, *survey.stalls[1:]))))
     first, second, _ = found["ParkingGroup"]
     assert "availableSpotNumber" not in first
@@ -138,7 +138,7 @@ def test_cds_spaces_have_what_the_specification_requires(stored: Stored) -> None
     assert [space["space_number"] for space in spaces] == list(range(1, 61))
     assert [space["available"] for space in spaces] == [stall.state == "free" for stall in survey.stalls]
     assert (spaces[0]["length"], spaces[0]["width"]) == (500, 250)
-    assert spaces[0]["availability_time"] == round((survey.stalls[0].looked or 0) * 1000)
+    assert spaces[0]["availability_time"] == round((survey.stalls[0].looked_at or 0) * 1000)
 
 
 @pytest.mark.slow

@@ -28,9 +28,14 @@ def test_a_survey_has_the_stalls_of_its_lot_with_its_own_looks(stored: Stored) -
     assert [stall.id for stall in first.stalls] == [stall.id for stall in again.stalls], "ids last"
     assert [stall.label for stall in again.stalls[:3]] == ["A 1", "A 2", "A 3"]
     assert [stall.state for stall in again.stalls[:4]] == [stall.state.value for stall in flown(2).stalls[:4]]
-    assert [stall.seen for stall in first.stalls] == [stall.seen for stall in flown(1).stalls]
+    assert [stall.picture_count for stall in first.stalls] == [stall.picture_count for stall in flown(1).stalls]
     missed = again.stalls[4]
-    assert (missed.state, missed.taken, missed.looked, missed.seen) == ("unknown", None, None, 0)
+    assert (missed.state, missed.taken_probability, missed.looked_at, missed.picture_count) == (
+        "unknown",
+        None,
+        None,
+        0,
+    )
     assert {stall.kind for stall in first.stalls[20:40]} == {"disabled"}
     assert (first.lot, first.lot_id, first.survey) == ("Lot 1", stored.lot, stored.first.survey)
     assert (first.doubt, first.software, first.count("free") + first.count("taken")) == ("", "hawk-drone 0.3.0", 60)

@@ -82,7 +82,7 @@ def test_geojson_has_osm_keys_and_rings_of_rfc_7946(stored: Stored) -> None:
 @pytest.mark.slow
 def test_a_stall_that_was_not_looked_at_has_no_probability_and_no_time(stored: Stored) -> None:
     survey = stored.read()
-    unseen = replace(survey.stalls[0], state="unknown", taken=None, looked=None, seen=0)
+    unseen = replace(survey.stalls[0], state="unknown", taken_probability=None, looked_at=None, picture_count=0)
     survey = replace(survey, stalls=(unseen,))
     row = next(csv.DictReader(io.StringIO(survey_csv(survey).decode())))
     assert (row["state"], row["taken_probability"], row["observed_utc"], row["picture_count"]) == (

@@ -30,11 +30,11 @@ def stall(number: int, seed: int = 0, north: float = 0.0) -> Detection:
         angle=math.radians(drawn.gauss(0, 0.5)) % math.pi,
         width=PITCH,
         length=DEEP,
-        taken=drawn.random(),
+        taken_probability=drawn.random(),
         state=drawn.choice([StallState.FREE, StallState.TAKEN]),
         score=drawn.random(),
-        seen=drawn.randrange(1, 300),
-        looked=BEGAN + drawn.random() * 600,
+        picture_count=drawn.randrange(1, 300),
+        looked_at=BEGAN + drawn.random() * 600,
     )
 
 
@@ -56,7 +56,7 @@ def survey(name: str = "000001-20260504T103000Z", stalls: int = 40, seed: int = 
         outline=box(-9.0 * rows + 4, -3, 9.0 * rows, PITCH * A_ROW + 4) if stalls else Outline(),
         stalls=tuple(stall(number, seed) for number in range(1, stalls + 1)),
         program="0.3.0",
-        seen=box(-9.0 * rows - 4, -15, 9.0 * rows + 18, PITCH * A_ROW + 28) if stalls else Outline(),
+        seen_ground=box(-9.0 * rows - 4, -15, 9.0 * rows + 18, PITCH * A_ROW + 28) if stalls else Outline(),
     )
 
 

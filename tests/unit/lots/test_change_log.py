@@ -158,7 +158,7 @@ def test_a_name_is_undone_whatever_else_of_the_lot_was_changed_since(tmp_path: P
 
 
 def test_groups_are_read_as_they_were_written_and_several_steps_are_one() -> None:
-    new = Group("observation", ((3, 1), (3, 2)), None, {"taken": 0.25})
+    new = Group("observation", ((3, 1), (3, 2)), None, {"taken_probability": 0.25})
     first = Group("stall", ((1,), (2,)), {"north": 0.0, "kind": ""}, {"north": -0.0, "kind": "bus"})
     assert unpacked(packed([new, first])) == (new, first)
     assert json.loads(packed([first]))[0]["keys"] == [1, 2]

@@ -110,7 +110,11 @@ def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database)
     for row in rows(store, STALL):
         found = stall(row["first_id"])
         look = seen[row["key"]]
-        assert (look["looked"], look["taken"], look["seen"]) == (found.looked, found.taken, found.seen)
+        assert (look["looked_at"], look["taken_probability"], look["picture_count"]) == (
+            found.looked_at,
+            found.taken_probability,
+            found.picture_count,
+        )
         assert look["state"] == found.state
     assert len(seen) == 40
     begun, message = rows(store, OUTBOX)
@@ -130,10 +134,10 @@ def test_a_survey_of_a_known_lot_without_registration_is_kept_with_its_stalls(st
     kept = unpack_stalls(rows(store, SURVEY)[1]["stalls"])
     assert [each.id for each in kept] == list(range(1, 41))
     for each, given in zip(kept, survey(seed=1).stalls, strict=True):
-        assert (each.state, each.seen) == (given.state, given.seen)
+        assert (each.state, each.picture_count) == (given.state, given.picture_count)
         assert math.hypot(each.north - given.north, each.east - given.east) < 0.0071
-        assert (each.angle, each.taken) == pytest.approx((given.angle, given.taken), abs=0.0005)
-        assert each.looked == pytest.approx(given.looked, abs=0.051)
+        assert (each.angle, each.taken_probability) == pytest.approx((given.angle, given.taken_probability), abs=0.0005)
+        assert each.looked_at == pytest.approx(given.looked_at, abs=0.051)
 
 
 @pytest.mark.slow
@@ -154,9 +158,9 @@ def test_a_registered_survey_observes_the_lot_s_stalls(store: Database) -> None:
     assert (second.known, second.stalls, second.doubt) == (2, 40, "")
     keys = {each["key"]: each["label"] for each in rows(store, STALL)}
     looks = {keys[each["stall"]]: each for each in rows(store, OBSERVATION) if each["survey"] == 2}
-    assert {label: look["seen"] for label, look in looks.items()} == {
-        "A 2": stall(1, 1).seen,
-        "B 5": stall(7, 1).seen,
+    assert {label: look["picture_count"] for label, look in looks.items()} == {
+        "A 2": stall(1, 1).picture_count,
+        "B 5": stall(7, 1).picture_count,
     }
 
 
@@ -338,7 +342,7 @@ def test_a_stored_survey_of_300_stalls_takes_no_more_than_40_000_bytes(store: Da
     sizes = []
     for number in range(2, 7):
         flown = later(survey(stalls=300, seed=number), number, hours=number)
-        saved(store, replace(flown, seen=jagged(number)), register)
+        saved(store, replace(flown, seen_ground=jagged(number)), register)
         sizes.append(store.path.stat().st_size)
     assert (sizes[-1] - sizes[0]) / 4 <= MOST_BYTES
     assert len(rows(store, OBSERVATION)) == 6 * 300
@@ -355,7 +359,9 @@ def test_a_lot_of_20_000_stalls_is_stored_and_read(store: Database) -> None:
 
 
 @pytest.mark.fault("a survey holds numbers that are none")
-@pytest.mark.parametrize("name", ["north", "east", "angle", "width", "length", "taken", "score", "looked"])
+@pytest.mark.parametrize(
+    "name", ["north", "east", "angle", "width", "length", "taken_probability", "score", "looked_at"]
+)
 def test_a_stall_with_a_number_that_is_none_is_refused_by_name(name: str) -> None:
     changed: dict[str, Any] = {name: math.nan}
     with pytest.raises(LotInputError, match=f"stalls\\[3\\]\\.{name}: must be a finite number, not nan") as refused:

@@ -7,19 +7,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.lots.labels import lasting_labels, parts_of
-from hawk.lots.values import Detection
 from hawk.model.lot_map import Stall
 from hawk.results.label_parts import numbered
 from tests.unit.lots.surveys import stall
 
 
-def on_map(found: Detection) -> Stall:
-    names = ("id", "north", "east", "angle", "width", "length", "taken", "state", "score", "seen")
-    return Stall(**{name: getattr(found, name) for name in names}, last_seen=0.0, version=0)
-
-
 def stalls(*numbers: int) -> dict[int, Stall]:
-    return {number: on_map(stall(number)) for number in numbers}
+    return {number: stall(number).on_map() for number in numbers}
 
 
 def test_a_first_map_has_the_labels_of_its_rows() -> None:
@@ -29,7 +23,7 @@ def test_a_first_map_has_the_labels_of_its_rows() -> None:
 
 def test_a_row_north_of_all_gets_the_next_letter_and_no_other_row_another_one() -> None:
     kept = lasting_labels(stalls(*range(1, 41)), {}, set())
-    above = {number: replace(on_map(stall(number - 100, north=9.0)), id=number) for number in range(101, 121)}
+    above = {number: replace(stall(number - 100, north=9.0).on_map(), id=number) for number in range(101, 121)}
     labels = lasting_labels(stalls(*range(1, 41)) | above, kept, set(kept.values()))
     assert {key: labels[key] for key in kept} == kept
     assert [labels[number] for number in range(101, 121)] == [f"C {number}" for number in range(1, 21)]

@@ -95,7 +95,7 @@ def test_lots_and_links_that_are_not_there_are_named(store: Database) -> None:
 def test_the_link_of_a_lot_that_was_merged_away_opens_nothing(store: Database, lot: str) -> None:
     with store.writing() as connection:
         made = share(connection, lot, {"days": 2}, NOW)
-        far = replace(survey(), datum=FAR, outline=box(-20, -3, 40, 50, FAR), seen=box(-20, -3, 40, 50, FAR))
+        far = replace(survey(), datum=FAR, outline=box(-20, -3, 40, 50, FAR), seen_ground=box(-20, -3, 40, 50, FAR))
         other = save(connection, later(far, 1))
         assert other.lot is not None
         commands.merge(connection, other.lot, lot, "operator", NOW)

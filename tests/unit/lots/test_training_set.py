@@ -84,7 +84,7 @@ def test_labels_lie_where_the_stalls_are_in_the_picture(archive: Archive, tmp_pa
 @pytest.mark.slow
 def test_a_state_is_a_label_only_where_the_survey_was_sure(archive: Archive, tmp_path: Path) -> None:
     given = flown(1)
-    sure = [replace(stall, taken=0.97 if k % 2 else 0.6) for k, stall in enumerate(given.stalls)]
+    sure = [replace(stall, taken_probability=0.97 if k % 2 else 0.6) for k, stall in enumerate(given.stalls)]
     saved = archive.add(replace(given, stalls=tuple(sure)))
     archive.edit({"do": "confirm", "all": True})
     pictures = PictureFolder(tmp_path / "pictures")

@@ -17,7 +17,7 @@ from hawk.picture.values import Provenance, Shot
 from tests.unit.lots.surveys import box, survey
 
 CAMERA = CameraModel(480, 360, 360.0, 360.0, 239.5, 179.5)
-SEEN = replace(survey(), outline=box(0, 0, 20, 40), seen=box(-5, -5, 40, 60))
+SEEN = replace(survey(), outline=box(0, 0, 20, 40), seen_ground=box(-5, -5, 40, 60))
 
 
 def adjusted(*places: tuple[float, float], by_ties: bool = True) -> Reconstruction:
@@ -60,7 +60,7 @@ def test_a_map_that_is_held_loosely_is_limited(off: float, turn: float, wanted: 
 
 
 def test_a_lot_of_which_a_part_was_not_seen_is_one_in_part() -> None:
-    half = replace(SEEN, seen=box(0, 0, 20, 20))
+    half = replace(SEEN, seen_ground=box(0, 0, 20, 20))
     assert unseen_share(half) == pytest.approx(0.5, abs=0.01)
     assert limits_of([], adjusted(), held(0.0), 0.02, half) == (Limit.PARTLY,)
     assert unseen_share(replace(half, outline=Outline())) == 0.0

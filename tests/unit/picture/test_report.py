@@ -46,7 +46,7 @@ def test_a_person_reads_the_same() -> None:
 
 def test_no_more_stalls_are_free_than_there_are() -> None:
     survey = mapped()
-    stalls = tuple(replace(stall, state="free", taken=0.4) for stall in survey.survey.stalls)
+    stalls = tuple(replace(stall, state="free", taken_probability=0.4) for stall in survey.survey.stalls)
     bounds = free_range(replace(survey, survey=replace(survey.survey, stalls=stalls)))
     assert bounds is not None
     assert bounds[0] < bounds[1] == len(stalls)

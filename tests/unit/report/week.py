@@ -35,8 +35,8 @@ def flown(number: int, day: int, hour: int) -> FinishedSurvey:
     for each in whole.stalls:
         is_taken = each.id == 1 or rng.random() < _SHARES[(each.id - 1) // 20]
         state, chance = (StallState.TAKEN, 0.98) if is_taken else (StallState.FREE, 0.02)
-        stalls.append(replace(each, state=state, taken=chance, looked=ended - 60, score=0.9))
-    stalls[47] = replace(stalls[47], state=StallState.UNKNOWN, taken=0.5)
+        stalls.append(replace(each, state=state, taken_probability=chance, looked_at=ended - 60, score=0.9))
+    stalls[47] = replace(stalls[47], state=StallState.UNKNOWN, taken_probability=0.5)
     return replace(whole, name=f"{number:06d}-X", began=ended - 600, ended=ended, stalls=tuple(stalls))
 
 

@@ -20,8 +20,10 @@ def filled(taken: int, of: int = 20) -> list[int]:
 def in_layouts(given: Panel, layouts: Sequence[Sequence[bool]]) -> Panel:
     """Return the surveys with the stalls (S, N) that the layout of each has; none has seen another one."""
     there = np.array(layouts, np.bool_)
-    taken = np.where(there, given.taken, np.nan).astype(np.float32)
-    return replace(given, taken=taken, state=np.where(there, given.state, UNSEEN).astype(np.int8), is_there=there)
+    taken = np.where(there, given.taken_probability, np.nan).astype(np.float32)
+    return replace(
+        given, taken_probability=taken, state=np.where(there, given.state, UNSEEN).astype(np.int8), is_there=there
+    )
 
 
 def same(found: Estimate, share: Estimate, factor: float) -> bool:

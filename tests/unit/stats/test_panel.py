@@ -50,7 +50,7 @@ def seen(states: Mapping[int, StallState], stalls: int = 20, **values: object) -
     whole = survey(stalls=stalls)
     chance = {StallState.FREE: 0.01, StallState.TAKEN: 0.99, StallState.UNKNOWN: 0.5}
     made = tuple(
-        replace(each, state=state, taken=chance[state])
+        replace(each, state=state, taken_probability=chance[state])
         for each in whole.stalls
         for state in [states.get(each.id, StallState.FREE)]
     )
@@ -59,7 +59,7 @@ def seen(states: Mapping[int, StallState], stalls: int = 20, **values: object) -
 
 def later(given: FinishedSurvey, number: int) -> FinishedSurvey:
     """Return the survey as one of the next day, its looks too."""
-    stalls = tuple(replace(stall, looked=stall.looked + 86_400) for stall in given.stalls)
+    stalls = tuple(replace(stall, looked_at=stall.looked_at + 86_400) for stall in given.stalls)
     return surveys.later(replace(given, stalls=stalls), number)
 
 
@@ -76,7 +76,7 @@ def test_states_and_probabilities_are_those_of_the_observations_by_time(store: D
     with store.reading() as connection:
         found = read_panel(connection, lot, EVER)
     assert found.state[:, :4].tolist() == [[TAKEN, UNSEEN, FREE, FREE], [FREE, FREE, TAKEN, FREE]]
-    assert found.taken[0, :3].tolist() == pytest.approx([0.99, 0.5, 0.01])
+    assert found.taken_probability[0, :3].tolist() == pytest.approx([0.99, 0.5, 0.01])
     assert found.at[1] - found.at[0] == pytest.approx(86_400)
     assert {stall.row for stall in found.stalls} == {"A"}
     assert found.left_out == ()
@@ -113,7 +113,7 @@ def over_midnight(store: Database) -> tuple[str, list[str]]:
     midnight = datetime(2026, 5, 5, tzinfo=UTC).timestamp()
     flown = []
     for name, ended, looked in (("000001-a", midnight + 120, midnight - 300), ("000002-b", midnight + 43_200, None)):
-        stalls = tuple(replace(stall, looked=looked or ended) for stall in seen({}).stalls)
+        stalls = tuple(replace(stall, looked_at=looked or ended) for stall in seen({}).stalls)
         flown.append(replace(seen({}), name=name, began=ended - 900, ended=ended, stalls=stalls))
     lot = lot_of(store, *flown)
     with store.reading() as connection:
@@ -245,7 +245,7 @@ def test_the_same_panel_is_read_once_until_the_store_changes(store: Database) ->
         assert read_panel(connection, lot, EVER) is panel
         assert read_panel(connection, lot, Period(BEGAN, None, UTC, "UTC")) is not panel
     with pytest.raises(ValueError, match="read-only"):
-        panel.taken[0, 0] = 0.5
+        panel.taken_probability[0, 0] = 0.5
     lot_of(store, later(seen({2: StallState.TAKEN}), 1))
     with store.reading() as connection:
         assert len(read_panel(connection, lot, EVER).surveys) == 2
@@ -275,7 +275,7 @@ def test_a_part_of_what_is_kept_is_that_which_is_read_alone(
     assert found is not alone
     for name in ("stalls", "surveys", "left_out", "local_times", "clock", "clock_name", "lot", "name"):
         assert getattr(found, name) == getattr(alone, name)
-    for name in ("taken", "state", "is_there"):
+    for name in ("taken_probability", "state", "is_there"):
         np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 

@@ -115,7 +115,7 @@ def test_one_survey_the_newest_and_those_of_a_period_say_which_lie_beside_them(s
 def flown_on(day: int) -> FinishedSurvey:
     """Return a survey of some day, its looks too."""
     one = surveys.later(seen({}), day, 24.0 * day)
-    return replace(one, stalls=tuple(replace(stall, looked=one.ended - 60) for stall in one.stalls))
+    return replace(one, stalls=tuple(replace(stall, looked_at=one.ended - 60) for stall in one.stalls))
 
 
 def beside(use: SurveysUse) -> tuple[str | None, str | None]:

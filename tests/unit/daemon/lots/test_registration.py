@@ -68,18 +68,19 @@ def survey_of(number: int, found: StallMap, datum: GlobalPose = DATUM) -> Finish
             angle=float(found.stalls.angle[k] % math.pi),
             width=float(found.stalls.width[k]),
             length=float(found.stalls.length[k]),
-            taken=round(float(drawn.random()), 3),
+            taken_probability=round(float(drawn.random()), 3),
             state=StallState.TAKEN if drawn.random() < 0.5 else StallState.FREE,
             score=0.9,
-            seen=9,
-            looked=BEGAN + number * 86_400.0,
+            picture_count=9,
+            looked_at=BEGAN + number * 86_400.0,
         )
         for k in range(len(found.stalls))
     )
     began = BEGAN + number * 86_400.0
     return FinishedSurvey(
         name=f"{number:06d}-x", datum=datum, began=began, ended=began + 900, time_is_sure=True,
-        outline=rings(datum, found.seen.buffer(-8.0)), stalls=stalls, program="0.3.0", seen=rings(datum, found.seen),
+        outline=rings(datum, found.seen.buffer(-8.0)), stalls=stalls, program="0.3.0",
+        seen_ground=rings(datum, found.seen),
     )  # fmt: skip
 
 
@@ -90,9 +91,13 @@ def saved(store: Database, given: FinishedSurvey) -> Saved:
 
 def looks(store: Database, seq: int) -> dict[int, float]:
     """Return what a survey saw: the number of the stall in the lot's first survey -> probability of taken."""
-    asked = select(STALL.c.first_id, OBSERVATION.c.taken).join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
+    asked = select(STALL.c.first_id, OBSERVATION.c.taken_probability).join(
+        OBSERVATION, OBSERVATION.c.stall == STALL.c.key
+    )
     with store.reading() as connection:
-        return {row.first_id: row.taken for row in connection.execute(asked.where(OBSERVATION.c.survey == seq))}
+        return {
+            row.first_id: row.taken_probability for row in connection.execute(asked.where(OBSERVATION.c.survey == seq))
+        }
 
 
 def row_of(store: Database, seq: int) -> dict[str, Any]:
@@ -112,7 +117,7 @@ def about_middle(turn_deg: float, shift: tuple[float, float], known: StallMap = 
 
 def is_right(looked: dict[int, float], flown: FinishedSurvey, which: np.ndarray) -> bool:
     """True when each look is that of the stall that it was drawn from."""
-    truth = {int(which[k]) + 1: flown.stalls[k].taken for k in range(len(which))}
+    truth = {int(which[k]) + 1: flown.stalls[k].taken_probability for k in range(len(which))}
     return all(truth.get(number) == taken for number, taken in looked.items())
 
 
@@ -190,7 +195,7 @@ def test_an_id_never_goes_to_a_neighbour_or_to_what_lies_between_two(
         assert len(shifts) == len(ROW)
         assert looks(store, 2) == {}
         return
-    of = {stall.taken: left[k] for k, stall in enumerate(flown.stalls)}
+    of = {stall.taken_probability: left[k] for k, stall in enumerate(flown.stalls)}
     whole = 1 if set(shifts.values()) == {1.0} else 0
     for number, taken in looks(store, 2).items():
         assert number - 1 == of[taken] + (whole if of[taken] in shifts else 0)
@@ -240,10 +245,10 @@ def test_a_survey_saved_again_after_a_battery_swap_keeps_place_and_ids(store: Da
 
 def test_a_survey_without_its_ground_is_registered_nowhere(store: Database) -> None:
     saved(store, survey_of(1, LOT))
-    second = saved(store, replace(survey_of(2, LOT), seen=Outline()))
+    second = saved(store, replace(survey_of(2, LOT), seen_ground=Outline()))
     assert (second.placed, second.doubt) == (Placed.UNREGISTERED, "the ground that the survey saw is not known")
     with store.writing() as connection:
-        connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(seen=None))
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 1).values(seen_ground=None))
     third = saved(store, survey_of(3, LOT))
     assert (third.placed, third.doubt) == (Placed.UNREGISTERED, "the ground of the lot's first survey is not known")
 

@@ -189,7 +189,7 @@ async def second_lot(drone: Drone) -> str:
     """Store a lot 1.1 km north of the first one."""
     found = survey("000002-20260505T103000Z")
     outline, seen = box(-30, -3, 30, 40, FAR), box(-40, -15, 60, 60, FAR)
-    there = replace(found, datum=FAR, outline=outline, seen=seen)
+    there = replace(found, datum=FAR, outline=outline, seen_ground=seen)
     saved = await drone.store.write(lambda c: save(c, there, None))
     assert saved.lot is not None
     return saved.lot

@@ -245,7 +245,7 @@ def test_a_find_beside_given_stalls_is_proposed_and_not_counted(archive: Archive
 def test_an_older_survey_speaks_of_the_ground_that_newer_ones_have_not_seen(archive: Archive) -> None:
     archive.add(without(flown(2), 7, 47))
     newer = without(flown(3), 7)
-    north = replace(newer, seen=replace(newer.seen, polygons=(half(newer.seen.polygons[0]),)))
+    north = replace(newer, seen_ground=replace(newer.seen_ground, polygons=(half(newer.seen_ground.polygons[0]),)))
     archive.add(replace(north, stalls=tuple(stall for stall in north.stalls if stall.id <= 20)))
     assert [{each["label"] for each in found["end"]} for found in archive.changes()] == [{"A 7"}, {"C 7"}]
 

@@ -37,7 +37,10 @@ class Kept:
         self.folder.mkdir()
         self.path, self.copy = self.folder / "lots.db", folder / "copy.db"
         far = replace(
-            later(survey(stalls=6), 3), datum=FAR, outline=box(-20, -3, 40, 50, FAR), seen=box(-20, -3, 40, 50, FAR)
+            later(survey(stalls=6), 3),
+            datum=FAR,
+            outline=box(-20, -3, 40, 50, FAR),
+            seen_ground=box(-20, -3, 40, 50, FAR),
         )
         store = Database(self.path)
         with store.writing() as connection:

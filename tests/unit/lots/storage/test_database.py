@@ -16,14 +16,16 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import insert, select
 
+from hawk.lots.change_log import undo
 from hawk.lots.ingest import save
-from hawk.lots.schema import APPLICATION_ID, LABEL, LOT, METADATA, STALL, SURVEY, VERSION
+from hawk.lots.outlines import unpack_outline
+from hawk.lots.schema import APPLICATION_ID, LABEL, LOT, METADATA, OBSERVATION, STALL, SURVEY, VERSION
 from hawk.lots.storage import database
-from hawk.lots.storage.backup import verify
+from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import seal
 from hawk.lots.time_zone import zone_of_lot
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import LotStoreError, unpack_stalls
 from tests.examples import examples
 from tests.unit.lots.surveys import later, survey
 
@@ -190,16 +192,16 @@ def test_a_store_of_a_newer_version_is_read_and_never_written(tmp_path: Path) ->
     assert path.read_bytes() == before
 
 
-LATER = """
+LATER = f"""
 import sqlalchemy as sa
 from alembic import op
 
-revision, down_revision = "0004", "0003"
+revision, down_revision = "{VERSION + 1:04d}", "{VERSION:04d}"
 
 
 def upgrade():
     op.create_table("note", sa.Column("lot", sa.String(36), primary_key=True), sa.Column("text", sa.Text))
-    op.execute("PRAGMA user_version = 4")
+    op.execute("PRAGMA user_version = {VERSION + 1}")
 """
 """A step to a version that a later program has."""
 
@@ -210,7 +212,7 @@ def earlier(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     path = tmp_path / "lots.db"
     filled(path)
     shutil.copytree(database._REVISIONS, tmp_path / "revisions")
-    (tmp_path / "revisions" / "v0004_note.py").write_text(LATER)
+    (tmp_path / "revisions" / f"v{VERSION + 1:04d}_note.py").write_text(LATER)
     monkeypatch.setattr(database, "_REVISIONS", tmp_path / "revisions")
     monkeypatch.setattr(database, "VERSION", VERSION + 1)
     return path
@@ -362,6 +364,81 @@ def test_what_is_damaged_in_an_earlier_version_stays_so(tmp_path: Path) -> None:
         opened = Database(path)
         assert "Damaged on the disk, and passed over: lot 'South'" in opened.damage
         opened.close()
+
+
+VERSION_3 = Path(__file__).with_name("version_3.sql").read_text("utf-8")
+"""Rows of a store that the program of version 3 made: a lot, two surveys, and one that a person deleted."""
+BEFORE = "Damaged on the disk, and passed over: change 1. Restore a backup that has it whole: hawk-drone restore FILE"
+
+
+def of_version_3(path: Path, spoil: str = "SELECT 1") -> None:
+    """Make the store of `VERSION_3`. ``spoil``: changes it as a disk does, which knows no trigger."""
+    database.migrate_file(path, "0003")
+    with closing(sqlite3.connect(path)) as opened, opened:
+        triggers = opened.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
+        made = [f"DROP TRIGGER {name}" for name, _ in triggers], [sql for _, sql in triggers]
+        opened.executescript(f"{';'.join(made[0])}; {VERSION_3} {spoil}")
+        for statement in made[1]:
+            opened.execute(statement)
+
+
+def looks_in(opened: Database) -> list[tuple[object, ...]]:
+    with opened.reading() as connection:
+        return [tuple(row) for row in connection.execute(select(OBSERVATION))]
+
+
+@pytest.mark.slow
+def test_a_store_of_version_3_keeps_its_looks_and_stalls_and_its_changes_can_be_undone(tmp_path: Path) -> None:
+    path = tmp_path / "lots.db"
+    of_version_3(path)
+    assert verify(path) == f"{path}: whole, lots 1, surveys 3"
+    opened = Database(path)
+    assert opened.damage == ""
+    assert looks_in(opened)[3] == (2, 1, 1770000152.1826484, 0.0848236843374619, "taken", 284)
+    with opened.writing() as connection:
+        first, _, deleted = connection.execute(select(SURVEY).order_by(SURVEY.c.seq)).mappings().all()
+        assert {len(unpack_outline(each["seen_ground"]).polygons) for each in (first, deleted)} == {1}
+        assert [stall.picture_count for stall in unpack_stalls(first["stalls"])] == [165, 112, 126]
+        (found, *_) = unpack_stalls(first["stalls"])
+        assert (found.looked_at, found.taken_probability, found.known, found.is_blurred) == (
+            1770000155.6,
+            0.869,
+            "",
+            None,
+        )
+        undo(connection, 1, 1.8e9)
+    assert looks_in(opened)[6:] == [
+        (3, 1, 1770000371.446154, 0.45029298594608724, "taken", 185),
+        (3, 2, 1770000222.4248488, 0.23444711625754389, "free", 80),
+        (3, 3, 1770000127.0457284, 0.18161204179308932, "free", 125),
+    ]
+    opened.close()
+    assert verify(path) == f"{path}: whole, lots 1, surveys 3"
+
+
+@pytest.mark.slow
+def test_a_backup_of_version_3_is_restored(tmp_path: Path) -> None:
+    path, source = tmp_path / "lots.db", tmp_path / "backup.lots"
+    filled(path, surveys=1)
+    of_version_3(source)
+    backup_of_it = source.read_bytes()
+    restore(path, source)
+    assert source.read_bytes() == backup_of_it
+    opened = Database(path)
+    assert (opened.damage, len(looks_in(opened)), surveys_in(path)) == ("", 6, 3)
+    opened.close()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("body", ["[{", "7", '[{"table": "survey"}]', '[{"table": "survey", "before": 1, "after": 2}]'])
+def test_a_change_that_is_damaged_in_version_3_stays_so_and_stops_no_migration(tmp_path: Path, body: str) -> None:
+    path = tmp_path / "lots.db"
+    of_version_3(path, f"UPDATE change SET body = '{body}'")  # noqa: S608 - our own words
+    opened = Database(path)
+    assert (opened.damage, len(looks_in(opened))) == (BEFORE, 6)
+    with pytest.raises(LotStoreError, match="change: it is damaged on the disk"), opened.writing() as connection:
+        undo(connection, 1, 1.8e9)
+    opened.close()
 
 
 @pytest.mark.fault(

@@ -192,7 +192,11 @@ def test_a_damaged_survey_is_passed_over_and_named(tmp_path: Path, capsys: pytes
     path, copy, later_copy = tmp_path / "lots.db", tmp_path / "copy.db", tmp_path / "later.db"
     lot = filled(path)
     backup(path, copy)
-    spoil(path, "UPDATE observation SET taken = 1 - taken WHERE survey = 1 AND stall = 3", Part("survey", "1"))
+    spoil(
+        path,
+        "UPDATE observation SET taken_probability = 1 - taken_probability WHERE survey = 1 AND stall = 3",
+        Part("survey", "1"),
+    )
     store = Database(path)
     with store.reading() as connection:
         shown = whole.surveys(connection, lot)
@@ -227,7 +231,7 @@ def test_what_is_damaged_while_the_store_is_open_is_refused_where_it_is_read(tmp
         first = whole.surveys(connection, lot)[0]["id"]
         whole.lot(connection, lot)
     spoil(path, "UPDATE stall SET label = 'B9' WHERE key = 1", Part("lot", lot))
-    spoil(path, "UPDATE observation SET taken = 1 - taken WHERE stall = 1", Part("survey", "1"))
+    spoil(path, "UPDATE observation SET taken_probability = 1 - taken_probability WHERE stall = 1", Part("survey", "1"))
     for access in (store.reading, store.writing):
         with access() as connection:
             with pytest.raises(LotStoreError, match="lot: it is damaged on the disk"):

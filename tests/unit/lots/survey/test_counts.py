@@ -33,7 +33,7 @@ def store(tmp_path: Path) -> Iterator[Database]:
 def beside(found: FinishedSurvey) -> FinishedSurvey:
     """Return a survey that missed a stall, and found a car twenty metres beside the lot."""
     last = found.stalls[-1]
-    car = replace(last, id=9999, north=last.north + 20.0, state=StallState.TAKEN, taken=0.99, known="")
+    car = replace(last, id=9999, north=last.north + 20.0, state=StallState.TAKEN, taken_probability=0.99, known="")
     return replace(found, stalls=(*found.stalls[:12], *found.stalls[13:], car))
 
 

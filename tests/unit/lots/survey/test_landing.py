@@ -38,9 +38,15 @@ def landed(current: OccupancyMap) -> LandingFacts:
 def test_stalls_have_the_time_of_their_last_look_at_any_speed_of_the_clock() -> None:
     survey = finished(landed(lot_map({1: STALL})))
     (found,) = survey.stalls
-    assert found.looked == pytest.approx(BEGAN - 15.0)
+    assert found.looked_at == pytest.approx(BEGAN - 15.0)
     assert survey.began == pytest.approx(BEGAN - 600.0)
-    assert (found.id, found.north, found.taken, found.state, found.seen) == (1, -10.0, 0.9, StallState.TAKEN, 12)
+    assert (found.id, found.north, found.taken_probability, found.state, found.picture_count) == (
+        1,
+        -10.0,
+        0.9,
+        StallState.TAKEN,
+        12,
+    )
 
 
 def test_a_stall_that_only_blurred_pictures_showed_says_so() -> None:
@@ -84,14 +90,14 @@ def test_the_ground_that_was_seen_is_all_of_it_with_its_holes() -> None:
     cells[50:60, 50:60] = Cell.UNKNOWN  # hides no stall
     holed = replace(current, tiles={(0, 0): EncodedTile(1, zlib.compress(cells.tobytes()))})
     survey = finished(landed(holed))
-    assert (len(survey.seen.polygons), len(survey.seen.holes)) == (1, 1)
-    (hole,) = survey.seen.holes
+    assert (len(survey.seen_ground.polygons), len(survey.seen_ground.holes)) == (1, 1)
+    (hole,) = survey.seen_ground.holes
     corners = about((DATUM.latitude, DATUM.longitude), np.array(hole))[:, :2]
     assert (*corners.min(0), *corners.max(0)) == pytest.approx((-15.0, 10.0, -10.0, 15.0), abs=0.7)
 
 
 def test_nothing_was_seen_without_cells() -> None:
-    assert finished(landed(OccupancyMap(stalls={1: STALL}))).seen.polygons == ()
+    assert finished(landed(OccupancyMap(stalls={1: STALL}))).seen_ground.polygons == ()
 
 
 def test_the_outline_that_was_asked_for_is_the_survey_s() -> None:

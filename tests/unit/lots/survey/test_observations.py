@@ -32,9 +32,9 @@ def test_a_saved_survey_keeps_its_looks_in_one_piece_which_says_what_the_observa
         found = looks_of(connection, [saved.seq])
         rows = connection.execute(select(OBSERVATION).order_by(OBSERVATION.c.stall)).all()
     assert found.stall.tolist() == [row.stall for row in rows]
-    assert found.taken.tolist() == pytest.approx([row.taken for row in rows], abs=6e-5)
+    assert found.taken_probability.tolist() == pytest.approx([row.taken_probability for row in rows], abs=6e-5)
     assert found.state.tolist() == [{"free": 0, "taken": 1, "unknown": 2}[row.state] for row in rows]
-    assert found.at.tolist() == pytest.approx([sum(row.looked for row in rows) / len(rows)])
+    assert found.at.tolist() == pytest.approx([sum(row.looked_at for row in rows) / len(rows)])
 
 
 @pytest.mark.parametrize("does", ["insert", "update", "delete"])
@@ -46,21 +46,21 @@ def test_a_piece_goes_when_an_observation_changes_and_is_made_again(store: Datab
         is_it = (OBSERVATION.c.stall == first) & (OBSERVATION.c.survey == saved.seq)
         row = dict(connection.execute(select(OBSERVATION).where(is_it)).mappings().one())
         if does == "update":
-            connection.execute(update(OBSERVATION).where(is_it).values(taken=0.25, state="unknown"))
+            connection.execute(update(OBSERVATION).where(is_it).values(taken_probability=0.25, state="unknown"))
         else:
             connection.execute(delete(OBSERVATION).where(is_it))
         if does == "insert":
             keep_looks(connection, [saved.seq])
-            connection.execute(OBSERVATION.insert().values({**row, "taken": 0.25, "state": "unknown"}))
+            connection.execute(OBSERVATION.insert().values({**row, "taken_probability": 0.25, "state": "unknown"}))
         assert missing_looks(connection, lot) == [saved.seq]
         made = looks_of(connection, [saved.seq])
         keep_looks(connection, [saved.seq])
         assert missing_looks(connection, lot) == []
         kept = looks_of(connection, [saved.seq])
-    assert made.taken.tolist() == kept.taken.tolist()
+    assert made.taken_probability.tolist() == kept.taken_probability.tolist()
     assert len(kept.stall) == (39 if does == "delete" else 40)
     if does != "delete":
-        assert (kept.taken[0], kept.state[0]) == (0.25, 2)
+        assert (kept.taken_probability[0], kept.state[0]) == (0.25, 2)
 
 
 def test_looks_come_in_the_order_that_is_asked_for_without_surveys_that_have_none(store: Database) -> None:
@@ -76,9 +76,9 @@ def test_a_survey_that_is_saved_again_has_the_looks_of_its_newest_save(store: Da
     whole = survey(stalls=20)
     with store.writing() as connection:
         save(connection, whole)
-        free = tuple(replace(stall, taken=0.0) for stall in whole.stalls)
+        free = tuple(replace(stall, taken_probability=0.0) for stall in whole.stalls)
         saved = save(connection, replace(whole, stalls=free))
-        assert looks_of(connection, [saved.seq]).taken.tolist() == [0.0] * 20
+        assert looks_of(connection, [saved.seq]).taken_probability.tolist() == [0.0] * 20
 
 
 def test_a_damaged_piece_is_refused_with_a_remedy() -> None:
@@ -97,11 +97,11 @@ def test_a_store_of_an_earlier_version_has_no_pieces_and_reads_the_same(tmp_path
         connection.execute(delete(LOOKS))
         after = looks_of(connection, [saved.seq])
     opened.close()
-    assert before.taken.tolist() == after.taken.tolist()
+    assert before.taken_probability.tolist() == after.taken_probability.tolist()
 
 
 def _table(*looks: tuple[int, int, int]) -> bytes:
-    return np.array(list(looks), [("stall", "<u4"), ("taken", "<u2"), ("state", "u1")]).tobytes()
+    return np.array(list(looks), [("stall", "<u4"), ("taken_probability", "<u2"), ("state", "u1")]).tobytes()
 
 
 @pytest.mark.parametrize(
@@ -124,5 +124,5 @@ def test_a_damaged_piece_is_made_from_the_observations(store: Database, changes:
         connection.execute(text(f"UPDATE looks SET {name} = :value"), {"value": value})  # noqa: S608 - our own words
         found = looks_of(connection, [first])
     assert found.surveys == whole.surveys == (first,)
-    for name in ("at", "line", "stall", "taken", "state"):
+    for name in ("at", "line", "stall", "taken_probability", "state"):
         assert getattr(found, name).tolist() == getattr(whole, name).tolist(), name

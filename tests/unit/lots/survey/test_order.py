@@ -46,7 +46,7 @@ def pictures(number: int, hours: float) -> FinishedSurvey:
     """Return a survey by photographs of the same lot, some hours after the first landing."""
     source = PictureSource(SourceKind.PHOTOGRAPHS, "flight", ())
     found = later(survey(seed=2), number, hours)
-    return replace(found, pictures=source, stalls=tuple(replace(each, looked=found.ended) for each in found.stalls))
+    return replace(found, pictures=source, stalls=tuple(replace(each, looked_at=found.ended) for each in found.stalls))
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_surve
         shown = {stall["id"]: stall["observed"] for stall in lot["stalls"]}
         of_last = OBSERVATION.c.survey.in_(select(SURVEY.c.seq).where(SURVEY.c.id == last.survey))
         looks = STALL.join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
-        seen = connection.execute(select(STALL.c.id, OBSERVATION.c.looked).select_from(looks).where(of_last)).all()
+        seen = connection.execute(select(STALL.c.id, OBSERVATION.c.looked_at).select_from(looks).where(of_last)).all()
         assert len(seen) > 30
         assert all(shown[stall] == utc(looked) for stall, looked in seen)
         exported = {each.id: each.properties["observed"] for each in stalls(connection, Choice()).features}
@@ -110,7 +110,7 @@ def test_without_pictures_a_look_is_found_by_the_index(store: Database) -> None:
 def of(ended: float, *, is_sure: bool) -> FinishedSurvey:
     """Return pictures of the lot whose files say that moment."""
     found = replace(pictures(9, 0.0), name="of pictures", began=ended - 60.0, ended=ended, time_is_sure=is_sure)
-    return replace(found, stalls=tuple(replace(each, looked=ended) for each in found.stalls))
+    return replace(found, stalls=tuple(replace(each, looked_at=ended) for each in found.stalls))
 
 
 @pytest.mark.slow
@@ -139,7 +139,7 @@ def test_a_moment_that_is_not_sure_decides_nothing(
             flown.survey: True,
             wrong.survey: False,
         }
-        assert {stall["observed"] for stall in lot["stalls"]} <= {utc(each.looked) for each in survey().stalls}
+        assert {stall["observed"] for stall in lot["stalls"]} <= {utc(each.looked_at) for each in survey().stalls}
         panel = read_panel(connection, flown.lot, period_of(None, None, "UTC"))
         assert [each.id for each in panel.surveys] == [flown.survey]
         assert [(each.survey, each.why) for each in panel.left_out] == [(wrong.survey, why)]

@@ -41,7 +41,8 @@ def same_stalls(mapped: PictureSurvey, usual: PictureSurvey) -> bool:
     return (
         len(one.stalls) == len(other.stalls) > 30
         and bool(np.abs(corners_m(mapped) - corners_m(usual)).max() < 0.01)
-        and [(s.id, s.state, s.taken) for s in one.stalls] == [(s.id, s.state, s.taken) for s in other.stalls]
+        and [(s.id, s.state, s.taken_probability) for s in one.stalls]
+        == [(s.id, s.state, s.taken_probability) for s in other.stalls]
     )
 
 

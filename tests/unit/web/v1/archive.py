@@ -103,7 +103,7 @@ async def fill(store: LotStore) -> tuple[str, str, list[str]]:
     flown = [survey(), later(survey(seed=1), 2), later(survey(seed=2), 3, hours=48.0)]
     saved = [await _save(store, each) for each in flown]
     away = replace(later(survey(stalls=20), 4, hours=72.0), datum=FAR, outline=box(-5, -3, 9, 54, FAR))
-    far = await _save(store, replace(away, seen=box(-13, -15, 27, 78, FAR)))
+    far = await _save(store, replace(away, seen_ground=box(-13, -15, 27, 78, FAR)))
     assert saved[0].lot is not None
     assert far.lot is not None
     return saved[0].lot, far.lot, [each.survey for each in saved]
