@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
 
 from hawk.lots.plan.kinds import Kind
-from hawk.lots.plan.values import ANSWER, Id, PlanStall
+from hawk.lots.plan.values import ANSWER, Id, PlanSection, PlanStall
 from hawk.lots.values import PossiblePlace
 
 Utc = Annotated[datetime, Field(description="UTC")]
@@ -187,6 +187,40 @@ class Zone(Shown):
     has_stalls: bool
     outline: list[Metres]
     ground: list[Degrees]
+
+
+class SectionLook(Shown):
+    """Look of a survey at a section. `least` to `most` holds the true number of parked vehicles in 90 % of looks."""
+
+    survey: Id
+    section: Id
+    name: str
+    observed: Utc
+    source: Annotated[
+        Literal["vehicles", "stalls"],
+        Field(description="what was counted: vehicles, or taken stalls where the network knows no vehicles"),
+    ]
+    parked: Count
+    least: Count
+    most: Count
+    capacity: Annotated[int | None, Field(description="places of the section now; null: not known")]
+    occupancy: Annotated[
+        float | None, Field(ge=0, description="parked of the capacity, above 1 where more are parked; null without one")
+    ]
+    room: Annotated[
+        int | None,
+        Field(ge=0, description="vehicles that the gaps have room for; null for an area, and where 30 % is hidden"),
+    ]
+    hidden_share: Annotated[Share, Field(description="ground that was seen, but whose state is not known")]
+    seen_share: Annotated[Share, Field(description="ground of the section that was seen")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, config=ANSWER)
+class ListedSection(PlanSection):
+    """A section of a plan with its place on Earth and the newest look at it; null where no survey looked."""
+
+    ground: list[Degrees]
+    look: SectionLook | None
 
 
 class Observation(Shown):
@@ -411,6 +445,18 @@ class ZoneList(Part):
     """Part of the list of zones."""
 
     items: list[Zone]
+
+
+class SectionList(Part):
+    """Part of the list of sections."""
+
+    items: list[ListedSection]
+
+
+class SectionLookList(Part):
+    """Part of the list of a survey's looks at sections."""
+
+    items: list[SectionLook]
 
 
 class SurveyList(Part):

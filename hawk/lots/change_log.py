@@ -20,8 +20,9 @@ from sqlalchemy.exc import IntegrityError
 from hawk.lots.answers import Done
 from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.rows import Key, Row, is_among, read_rows
-from hawk.lots.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, STALL, SURVEY, ZONE
+from hawk.lots.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.storage.digests import check_whole
+from hawk.lots.survey import section_looks
 from hawk.lots.values import LotStoreError, NotFoundError
 
 
@@ -117,8 +118,12 @@ _text: Final = json.JSONEncoder(allow_nan=False, separators=(",", ":")).encode
 
 
 def apply(connection: Connection, groups: Iterable[Group]) -> None:
-    """Write groups in their order: a row that others name comes before them, and goes after them."""
-    for (name, does), members in groupby(groups, key=lambda group: (group.table, group.does)):
+    """Write groups in their order: a row that others name comes before them, and goes after them.
+
+    What surveys saw of the sections that this is about follows.
+    """
+    every = tuple(groups)
+    for (name, does), members in groupby(every, key=lambda group: (group.table, group.does)):
         if does == "insert":
             connection.execute(insert(METADATA.tables[name]), [dict(each.after or {}) for each in members])
         elif does == "delete":
@@ -126,6 +131,7 @@ def apply(connection: Connection, groups: Iterable[Group]) -> None:
             connection.execute(delete(METADATA.tables[name]).where(*_is_row(name)), keys)
         else:
             _set(connection, name, list(members))
+    section_looks.renew(connection, rows_touched(every, SURVEY.name), rows_touched(every, SECTION.name))
 
 
 def _set(connection: Connection, name: str, groups: Sequence[Group]) -> None:
@@ -304,9 +310,9 @@ def _columns(values: Mapping[str, Any] | None) -> tuple[str, ...] | None:
 
 
 def _plans_of(connection: Connection, groups: Sequence[Group]) -> set[str]:
-    """Return the lots whose plans have stalls or zones that groups change, as they are now."""
+    """Return the lots whose plans have stalls, zones or sections that groups change, as they are now."""
     found: set[str] = set()
-    for table in (STALL, ZONE):
+    for table in (STALL, ZONE, SECTION):
         if keys := rows_touched(groups, table.name):
             (key,) = table.primary_key
             asked = select(table.c.lot).distinct().where(is_among(key))

@@ -30,7 +30,7 @@ from hawk.lots.registration.survey_place import (
     registered,
 )
 from hawk.lots.rows import Row, rows_where
-from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.time_zone import checked_zone
 from hawk.lots.values import (
     Doubtful,
@@ -190,5 +190,6 @@ def _whole(connection: Connection, lot_id: str, field: str = "lot") -> Estate:
         layouts=tuple(read(connection, LAYOUT, lot=lot_id)),
         stalls=tuple(read(connection, STALL, lot=lot_id)),
         zones=tuple(read(connection, ZONE, lot=lot_id)),
+        sections=tuple(read(connection, SECTION, lot=lot_id)),
         surveys=tuple(read(connection, SURVEY, lot=lot_id)),
     )

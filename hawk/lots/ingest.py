@@ -13,6 +13,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
 from hawk.lots.labels import lasting_labels
+from hawk.lots.names import free_name
 from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import SHAPE
@@ -22,12 +23,12 @@ from hawk.lots.registration.lot_match import Answer, Parcel, which_lot
 from hawk.lots.registration.survey_place import Doubt, Findings, placed_by, registered
 from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
+from hawk.lots.survey import section_looks
 from hawk.lots.survey.moments import has_been
 from hawk.lots.survey.observations import keep_looks
 from hawk.lots.survey.order import now_of
 from hawk.lots.survey.source import SurveyKind, source_columns
 from hawk.lots.values import (
-    LONGEST_NAME,
     Detection,
     Doubtful,
     FinishedSurvey,
@@ -38,6 +39,7 @@ from hawk.lots.values import (
     fitting_name,
     new_id,
     pack_stalls,
+    pack_vehicles,
     utc,
 )
 from hawk.model.lot_map import StallState
@@ -80,6 +82,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
         else:
             doubt = outcome.why
     keep_looks(connection, [seq])
+    section_looks.renew(connection, [seq])
     where = (seq, _id_of(connection, seq), lot, _name_of(connection, lot), placed, candidates)
     saved = Saved(*where, stalls=len(survey.stalls), known=known, doubt=doubt)
     connection.execute(
@@ -134,6 +137,7 @@ def _row(
         "taken": states.count(StallState.TAKEN),
         "unknown": states.count(StallState.UNKNOWN),
         "stalls": pack_stalls(survey.stalls),
+        "vehicles": pack_vehicles(survey.vehicles),
         "program": survey.program,
         "simulated": survey.simulated,
         "seen_ground": pack_outline(survey.seen_ground) if survey.seen_ground.polygons else None,
@@ -172,23 +176,14 @@ def make_lot(connection: Connection, survey: FinishedSurvey, seq: int, name: str
     lot = new_id()
     number = connection.execute(select(func.count()).select_from(LOT)).scalar_one() + 1
     place = {"latitude": survey.datum.latitude, "longitude": survey.datum.longitude, "datum_is_pinned": False}
-    title = name or _free_title(connection, fitting_name(survey.title)) or f"Lot {number}"
+    used = set(connection.execute(select(LOT.c.name)).scalars())
+    title = name or free_name(fitting_name(survey.title), used) or f"Lot {number}"
     shown = {"name": title, "outline": outline_json(survey.outline)}
     connection.execute(insert(LOT).values(id=lot, **place, **shown, made=survey.ended))
     layout = {"version": 1, "valid_from": survey.began, "why": FIRST_FLIGHT, "who": PROGRAM}
     connection.execute(insert(LAYOUT).values(lot=lot, **layout))
     connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(lot=lot))
     return lot
-
-
-def _free_title(connection: Connection, title: str) -> str:
-    """Return a title that no lot has: a number follows where one has it. "" stays."""
-    used = set(connection.execute(select(LOT.c.name)).scalars())
-    number, found = 1, title
-    while title and found in used:
-        number += 1
-        found = f"{title[: LONGEST_NAME - len(str(number)) - 1].rstrip()} {number}"
-    return found
 
 
 def extend_layout(connection: Connection, lot: str, seq: int, survey: FinishedSurvey) -> None:

@@ -84,7 +84,7 @@ def lots(connection: Connection, asked: Asked) -> LotList:
             raise _no_place()
         is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
     rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
-    return _part(
+    return part_of(
         LotList,
         connection,
         rows,
@@ -105,7 +105,7 @@ def layouts(connection: Connection, lot_id: str, asked: Asked) -> LayoutList:
     """Return the versions of a lot's layout, the first one first. Raises NotFoundError, LotInputError."""
     lot_row(connection, lot_id)
     rows = select(LAYOUT).where(LAYOUT.c.lot == lot_id, *_behind(LAYOUT.c.version, asked)).order_by(LAYOUT.c.version)
-    return _part(LayoutList, connection, rows, asked, layout_of, lambda row: str(row.version))
+    return part_of(LayoutList, connection, rows, asked, layout_of, lambda row: str(row.version))
 
 
 def zones(connection: Connection, lot_id: str, asked: Asked) -> ZoneList:
@@ -120,10 +120,10 @@ def zones(connection: Connection, lot_id: str, asked: Asked) -> ZoneList:
         kind = "" if row.kind == NO_STALLS else row.kind
         return Zone(
             id=row.id, name=row.name, kind=kind, has_stalls=row.kind != NO_STALLS, outline=corners,
-            ground=_on_earth(datum, corners),
+            ground=places_on_earth(datum, corners),
         )  # fmt: skip
 
-    return _part(ZoneList, connection, rows, asked, shown, lambda row: str(row.id))
+    return part_of(ZoneList, connection, rows, asked, shown, lambda row: str(row.id))
 
 
 def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> SurveyList:
@@ -172,7 +172,7 @@ def changes(connection: Connection, asked: Asked, lot_id: str | None = None) -> 
     is_of = true() if lot_id is None else CHANGE.c.lot == lot_id
     is_asked = (CHANGE.c.edit.is_(None), is_of, *_behind(CHANGE.c.seq, replace(asked, newest_first=True)))
     in_order = select(*CHANGE_SHOWN).where(*is_asked).order_by(CHANGE.c.seq.desc())
-    return _part(
+    return part_of(
         ChangeList, connection, in_order, asked, lambda row: change_of(connection, row), lambda row: str(row.seq)
     )  # fmt: skip
 
@@ -259,7 +259,7 @@ def _placed(connection: Connection, lot_id: str, rows: Sequence[Row[Any]]) -> li
     """Return stalls with their places on Earth; a former one has its key for an id."""
     if not rows:
         return []
-    places = _on_earth(datum_of(connection, lot_id), [(row.north, row.east) for row in rows])
+    places = places_on_earth(datum_of(connection, lot_id), [(row.north, row.east) for row in rows])
     return [
         {
             "id": getattr(row, "id", None),
@@ -272,7 +272,7 @@ def _placed(connection: Connection, lot_id: str, rows: Sequence[Row[Any]]) -> li
     ]
 
 
-def _on_earth(datum: tuple[float, float], places: Sequence[Sequence[float]]) -> list[list[float]]:
+def places_on_earth(datum: tuple[float, float], places: Sequence[Sequence[float]]) -> list[list[float]]:
     """Return places (north, east) of a lot's frame as [latitude, longitude]."""
     found: list[list[float]] = np.round(on_earth(datum, np.array(places, np.float64).reshape(-1, 2)), _DEGREES).tolist()
     return found
@@ -312,7 +312,7 @@ def observations(
             taken_probability=row.taken_probability, observed=moment(row.looked_at), picture_count=row.picture_count,
         )  # fmt: skip
 
-    return _part(ObservationList, connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")
+    return part_of(ObservationList, connection, rows, asked, shown, lambda row: f"{row.seq}.{row.key}")
 
 
 def _behind_look(asked: Asked) -> ColumnElement[bool]:
@@ -345,10 +345,20 @@ def _rows(connection: Connection, rows: Select[Any], asked: Asked) -> Sequence[R
     return connection.execute(rows.limit(asked.limit + 1)).all()
 
 
-def _part(
+def part_of(
     model: type[P], connection: Connection, rows: Select[Any], asked: Asked, shown: Callable[[Row[Any]], object],
     place: Callable[[Row[Any]], str],
 ) -> P:  # fmt: skip
+    """Return the part of a list that is asked for.
+
+    Args:
+        model: Of the list.
+        connection: The store.
+        rows: All rows behind the place that is asked for, in their order.
+        asked: Which part.
+        shown: Makes an item of a row; a damaged one is passed over.
+        place: Says the place behind a row.
+    """
     found = _rows(connection, rows, asked)
     return _cut(model, readable(shown, found[: asked.limit]), found, asked, place)
 

@@ -18,10 +18,12 @@ import shapely
 from hawk.lots.change_log import Change
 from hawk.lots.ingest import FIRST_FLIGHT, PROGRAM, looks_of, shape
 from hawk.lots.labels import lasting_labels, parts_of
+from hawk.lots.names import free_name
 from hawk.lots.outlines import outline_json, outline_to_change, ring_of
 from hawk.lots.registration.georeference import about, ground_about, joined, shared_area, without
 from hawk.lots.registration.lot_match import SAME_SHARE
 from hawk.lots.rows import Row
+from hawk.lots.schema import SECTION
 from hawk.lots.values import Detection, LotInputError, Placed, checked_degrees, new_id, unpack_stalls
 from hawk.model.plans import Outline
 from hawk.results.row_labels import letters
@@ -42,6 +44,7 @@ class Estate:
     layouts: tuple[Row, ...]
     stalls: tuple[Row, ...] = field(repr=False)
     zones: tuple[Row, ...]
+    sections: tuple[Row, ...]
     surveys: tuple[Row, ...]
 
     @property
@@ -83,11 +86,11 @@ def merged(kept: Estate, other: Estate, who: str, now: float) -> Change:
     why = f"merged with {other.lot['name']}"
     rows = [layout_row(kept.id, version, why, who, now)]
     if share >= SAME_SHARE:
-        rows += [row.setting(ends=other.version) for row in (*other.present(), *_present_zones(other))]
+        rows += [row.setting(ends=other.version) for row in (*other.present(), *_present_areas(other))]
         rows += [unplaced(row, kept.id, Placed.UNREGISTERED) for row in other.surveys]
     else:
         rows += _brought(kept, other, version)
-        rows += _zones_brought(kept, other, version)
+        rows += _areas_brought(kept, other, version)
         rows += [_carried(row, kept, other) for row in other.surveys]
     outline = outline_json(joined([kept.outline, other.outline]))
     rows += [kept.lot.setting(outline=outline), other.lot.setting(merged_into=kept.id)]
@@ -110,18 +113,24 @@ def _brought(kept: Estate, other: Estate, version: int) -> list[Row]:
     ]  # fmt: skip
 
 
-def _present_zones(lot: Estate) -> list[Row]:
-    return [row for row in lot.zones if row["ends"] is None]
+def _present_areas(lot: Estate) -> list[Row]:
+    """Return the zones and the sections of a lot's plan."""
+    return [row for row in (*lot.zones, *lot.sections) if row["ends"] is None]
 
 
-def _zones_brought(kept: Estate, other: Estate, version: int) -> list[Row]:
-    """Return the other lot's areas without stalls in the frame of the kept one."""
+def _areas_brought(kept: Estate, other: Estate, version: int) -> list[Row]:
+    """Return the other lot's zones and sections in the frame of the kept one, sections with names that it has not."""
     north, east = _offset(kept, other)
+    used = {str(row["name"]) for row in _present_areas(kept) if row.table == SECTION.name}
     rows = []
-    for row in _present_zones(other):
+    for row in _present_areas(other):
         ring = [[a + north, b + east] for a, b in ring_of(row["outline"])]
         outline = json.dumps(ring) if ring else row["outline"]
-        rows.append(row.setting(lot=kept.id, begins=version, ends=None, outline=outline))
+        brought = {"lot": kept.id, "begins": version, "ends": None, "outline": outline}
+        if row.table == SECTION.name:
+            brought["name"] = free_name(str(row["name"]), used)
+            used.add(str(brought["name"]))
+        rows.append(row.setting(**brought))
     return rows
 
 
@@ -173,19 +182,21 @@ def split(lot: Estate, part: Outline, name: str, made: str, who: str, now: float
     shown = {"id": made, "name": name, "outline": outline_json(part), "merged_into": None, "made": now}
     shown |= {"latitude": lot.datum[0], "longitude": lot.datum[1]}  # no survey goes along that would say it
     moved = [row for row, goes in zip(present, inside.tolist(), strict=True) if goes]
-    zones = [row for row in _present_zones(lot) if ground.contains(_middle(row))]
+    areas = [row for row in _present_areas(lot) if (middle := _middle(row)) and ground.contains(middle)]
     rows = [
         Row("lot", (made,), {**(lot.lot.values or {}), **shown}),
         layout_row(made, 1, f"split from {lot.lot['name']}", who, now),
         layout_row(lot.id, lot.version + 1, f"{name} split off", who, now),
-        *(row.setting(lot=made, begins=1, ends=None) for row in (*moved, *zones)),
+        *(row.setting(lot=made, begins=1, ends=None) for row in (*moved, *areas)),
         lot.lot.setting(outline=outline_json(without(lot.outline, part))),
     ]
     return Change("split", lot.id, tuple(rows))
 
 
-def _middle(zone: Row) -> shapely.Point:
-    return shapely.Polygon(ring_of(zone["outline"])).representative_point()
+def _middle(area: Row) -> shapely.Point | None:
+    """Return a place in a zone or section; None for a damaged one, which stays."""
+    ring = ring_of(area["outline"])
+    return shapely.Polygon(ring).representative_point() if ring else None
 
 
 _PLACE: Final = ("lot", "layout", "placed", "candidates", "north", "east", "turn", "doubt")

@@ -25,7 +25,7 @@ from hawk.lots.registration.frames import Floats, Move, frame_of
 from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import Doubt, datum_of, mean_datum
 from hawk.lots.rows import Row, rows_where
-from hawk.lots.schema import DROPPED, FORMER, LOT, PIN, STALL, SURVEY, ZONE
+from hawk.lots.schema import DROPPED, FORMER, LOT, PIN, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, PossiblePlace, check_fields, checked_degrees
 from hawk.model.plans import Outline
 
@@ -159,7 +159,7 @@ def _turned(connection: Connection, lot: str, move: Move, who: str, now: float) 
     for table in (STALL, FORMER, DROPPED):
         there = [row for row in rows_where(connection, table, lot=lot) if row["north"] is not None]
         rows += [_stall(row, move) for row in there]
-    for row in rows_where(connection, ZONE, lot=lot):
+    for row in (*rows_where(connection, ZONE, lot=lot), *rows_where(connection, SECTION, lot=lot)):
         if ring := ring_of(row["outline"]):
             corners = move.of(np.array(ring, np.float64))
             rows.append(row.setting(outline=json.dumps(np.round(corners, 6).tolist())))

@@ -24,9 +24,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 4
+VERSION: Final = 5
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "9804fb580556af67a794541b378f8660"
+SCHEMA: Final = "2ab25207d89055e6438c9f8b2ee49817"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -87,9 +87,11 @@ SURVEY: Final = Table(
     Column("source", String(12), nullable=False),
     Column("source_name", Text, nullable=False),
     Column("limits", Text, nullable=False),
+    Column("vehicles", LargeBinary),
     sqlite_autoincrement=True,
 )
-"""Order: `hawk.lots.survey.order`. ``stalls``: `hawk.lots.values.pack_stalls`. ``seen_ground``: `pack_outline` of the
+"""Order: `hawk.lots.survey.order`. ``stalls``, ``vehicles``: `hawk.lots.tables`; ``vehicles`` is NULL where the network
+knew none. ``seen_ground``: `pack_outline` of the
 ground that was seen, with the holes in it; NULL without any: such a survey is registered nowhere, since a row that the
 edge of the flight cuts is a shorter row. ``doubt``: JSON of `hawk.lots.registration.survey_place.Doubt`, of a survey
 whose place was not certain; the place that a person chose stays with a survey that goes on after a battery swap.
@@ -157,6 +159,41 @@ ZONE: Final = Table(
 )
 """``outline``: JSON, a ring of [north, east], metres in the lot's frame, not closed. ``kind``:
 `hawk.lots.plan.values.NO_STALLS`, or one of `hawk.lots.plan.kinds` of a zone that statistics count by itself."""
+SECTION: Final = Table(
+    "section",
+    METADATA,
+    Column("key", Integer, primary_key=True),
+    Column("id", String(36), nullable=False),
+    Column("lot", ForeignKey("lot.id"), nullable=False, index=True),
+    Column("name", Text, nullable=False),
+    Column("outline", Text, nullable=False),
+    Column("kind", Text, nullable=False),
+    Column("length_m", Float, nullable=False),
+    Column("capacity", Integer),
+    Column("is_capacity_given", Boolean, nullable=False),
+    Column("note", Text, nullable=False),
+    Column("begins", Integer, nullable=False),
+    Column("ends", Integer),
+    sqlite_autoincrement=True,
+)
+"""Sections (`hawk.lots.plan.values.PlanSection`). One that changes ends, and a row with the same ``id`` begins."""
+SECTION_LOOK: Final = Table(
+    "section_look",
+    METADATA,
+    Column("survey", ForeignKey("survey.seq"), primary_key=True),
+    Column("section", String(36), primary_key=True, index=True),
+    Column("looked_at", Float, nullable=False),
+    Column("source", String(8), nullable=False),
+    Column("parked", Integer, nullable=False),
+    Column("least", Integer, nullable=False),
+    Column("most", Integer, nullable=False),
+    Column("hidden_share", Float, nullable=False),
+    Column("seen_share", Float, nullable=False),
+    Column("room", Integer),
+    sqlite_with_rowid=False,
+)
+"""Counts of surveys at the sections of their lots (`hawk.lots.survey.section_looks`), made again whenever a survey or a
+section changes. ``section``: its id."""
 OBSERVATION: Final = Table(
     "observation",
     METADATA,
@@ -286,9 +323,15 @@ Index("ix_digest_changed", DIGEST.c.part, DIGEST.c.key, sqlite_where=DIGEST.c.di
 ERASED: Final = Table("erased", METADATA, Column("id", String(64), primary_key=True))
 """SHA-256 of the ids of lots and surveys that were erased: a backup that is restored does not bring them back."""
 
-_LOT_TABLES: Final = ("layout", "stall", "former", "label", "zone", "share", "pin", "plan", "edit")
+_LOT_TABLES: Final = ("layout", "stall", "former", "label", "zone", "share", "pin", "plan", "edit", "section")
 PARTS: Final[Mapping[str, Mapping[str, str]]] = {
-    "survey": {"survey": "seq", "observation": "survey", "looks": "survey", "dropped": "survey"},
+    "survey": {
+        "survey": "seq",
+        "observation": "survey",
+        "looks": "survey",
+        "dropped": "survey",
+        "section_look": "survey",
+    },
     "lot": {"lot": "id", **dict.fromkeys(_LOT_TABLES, "lot")},
     "change": {"change": "seq"},
     "outbox": {"outbox": "seq", "delivery": "message"},

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import uuid
 import zlib
@@ -14,9 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from hawk.lots.plan.values import ANSWER, LayoutStall
 from hawk.lots.survey.source import PictureSource, SurveyKind
+from hawk.lots.tables import pack, unpack
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
+from hawk.model.vehicles import MapVehicle, VehicleKind
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -172,11 +173,8 @@ class Detection:
         return not self.known or self.score >= WITNESS_SCORE
 
     def __post_init__(self) -> None:
-        """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if isinstance(value, float) and not math.isfinite(value):
-                raise LotInputError(f"stalls[{self.id}].{each.name}", f"must be a finite number, not {value}")
+        """Refuse what is no number. Raises LotInputError."""
+        _check_finite(self, f"stalls[{self.id}]")
 
     @classmethod
     def of(cls, stall: Stall, looked_at: float) -> Detection:
@@ -211,6 +209,60 @@ _ON_MAP: Final = {"taken_probability": "taken", "picture_count": "seen"}
 
 
 @dataclass(frozen=True, slots=True)
+class VehicleDetection:
+    """A vehicle as a survey saw it: `hawk.model.vehicles.MapVehicle`, with the time of the last look.
+
+    ``north``, ``east``: middle in the survey's frame, metres. ``looked_at``: UTC, Unix seconds. It is kept with its
+    survey alone, and compared with no vehicle of another one.
+    """
+
+    id: int
+    kind: VehicleKind
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    probability: float
+    looks: int
+    stood_s: float
+    looked_at: float
+
+    @property
+    def shape(self) -> tuple[float, float, float, float, float]:
+        """North, east, angle, width, length."""
+        return self.north, self.east, self.angle, self.width, self.length
+
+    def __post_init__(self) -> None:
+        """Refuse what is no number. Raises LotInputError."""
+        _check_finite(self, f"vehicles[{self.id}]")
+
+    @classmethod
+    def of(cls, vehicle: MapVehicle, looked_at: float) -> VehicleDetection:
+        """Return a vehicle of the map with the time of its last look (UTC, Unix seconds)."""
+        return cls(
+            id=vehicle.id,
+            kind=vehicle.kind,
+            north=float(vehicle.north),
+            east=float(vehicle.east),
+            angle=float(vehicle.angle),
+            width=float(vehicle.width),
+            length=float(vehicle.length),
+            probability=float(vehicle.probability),
+            looks=int(vehicle.looks),
+            stood_s=float(vehicle.stood_s),
+            looked_at=looked_at,
+        )
+
+
+def _check_finite(value: Detection | VehicleDetection, named: str) -> None:
+    for each in fields(value):
+        number = getattr(value, each.name)
+        if isinstance(number, float) and not math.isfinite(number):
+            raise LotInputError(f"{named}.{each.name}", f"must be a finite number, not {number}")
+
+
+@dataclass(frozen=True, slots=True)
 class FinishedSurvey:
     """A survey that has ended.
 
@@ -218,7 +270,8 @@ class FinishedSurvey:
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
     without the suggested ones, but with the extra ones. ``seen_ground``: all that was seen, of the lot or beside it.
     ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
-    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
+    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number. ``vehicles``: None of a
+    network that knows none.
     """
 
     name: str
@@ -234,6 +287,7 @@ class FinishedSurvey:
     accuracy: float | None = None
     pictures: PictureSource | None = None
     title: str = ""
+    vehicles: tuple[VehicleDetection, ...] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
@@ -331,34 +385,38 @@ class Saved:
     doubt: str = ""
 
 
-_SCALES: Final = {
-    "north": 100, "east": 100, "angle": 1e4, "width": 100, "length": 100, "taken_probability": 1000, "score": 1000
-}  # fmt: skip
-"""Whole steps of a unit in a packed snapshot: centimetres, 0.1 mrad, thousandths."""
 _COLUMNS: Final = tuple(each.name for each in fields(Detection))
-_FORMER: Final = {"taken": "taken_probability", "seen": "picture_count", "looked": "looked_at"}
-"""Names of columns in the snapshots of stores before version 4 -> their names."""
+_ADDED: Final = {"known": "", "is_extra": False, "is_blurred": None}
+"""Columns that earlier versions lack."""
+_OF_VEHICLE: Final = tuple(each.name for each in fields(VehicleDetection))
+_DAMAGED_DATA: Final = (zlib.error, ValueError, KeyError, TypeError, AttributeError)
 
 
 def pack_stalls(stalls: Sequence[Detection]) -> bytes:
-    """Return the stalls as a compressed table by columns: about 25 bytes a stall."""
-    table: dict[str, list[Any]] = {}
-    for name in _COLUMNS:
-        values = [getattr(stall, name) for stall in stalls]
-        scale = _SCALES.get(name)
-        table[name] = values if scale is None else [round(value * scale) for value in values]
-    table["looked_at"] = [round(value, 1) for value in table["looked_at"]]
-    return zlib.compress(json.dumps(table, allow_nan=False, separators=(",", ":")).encode(), 9)
+    """Return the stalls as a compressed table."""
+    return pack(stalls, _COLUMNS)
 
 
 def unpack_stalls(data: bytes) -> tuple[Detection, ...]:
     """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
     try:
-        table = {_FORMER.get(name, name): values for name, values in json.loads(zlib.decompress(data)).items()}
-        for name, none in (("known", ""), ("is_extra", False), ("is_blurred", None)):  # earlier versions lack them
-            table.setdefault(name, [none] * len(table["id"]))
-        columns = [[value / _SCALES[n] for value in table[n]] if n in _SCALES else table[n] for n in _COLUMNS]
-        rows = [dict(zip(_COLUMNS, row, strict=True)) for row in zip(*columns, strict=True)]
+        rows = unpack(data, _COLUMNS, _ADDED)
         return tuple(Detection(**{**row, "state": StallState(row["state"])}) for row in rows)
-    except (zlib.error, ValueError, KeyError, TypeError, AttributeError) as error:
+    except _DAMAGED_DATA as error:
         raise LotStoreError(f"the stalls of a survey cannot be read: {error}") from error
+
+
+def pack_vehicles(vehicles: Sequence[VehicleDetection] | None) -> bytes | None:
+    """Return the vehicles as a compressed table; None for those of a network that knows none."""
+    return None if vehicles is None else pack(vehicles, _OF_VEHICLE)
+
+
+def unpack_vehicles(data: bytes | None) -> tuple[VehicleDetection, ...] | None:
+    """Return the vehicles of `pack_vehicles`, rounded as stalls are. Raises LotStoreError."""
+    if data is None:
+        return None
+    try:
+        rows = unpack(data, _OF_VEHICLE, {})
+        return tuple(VehicleDetection(**{**row, "kind": VehicleKind(row["kind"])}) for row in rows)
+    except _DAMAGED_DATA as error:
+        raise LotStoreError(f"the vehicles of a survey cannot be read: {error}") from error

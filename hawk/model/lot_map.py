@@ -121,13 +121,13 @@ class OccupancyMap:
 
     ``tiles`` hold TILE_CELLS x TILE_CELLS bytes of `Cell`, row-major from the north-west corner, zlib-compressed.
     ``mosaic`` holds pictures of the same tiles (`hawk.model.tile_picture`), TILE_CELLS pixels a side. ``stalls`` and
-    ``vehicles`` by id.
+    ``vehicles`` by id; ``vehicles`` are None as long as no network has looked for them.
     """
 
     tiles: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
     mosaic: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
     stalls: Mapping[int, Stall] = field(default_factory=dict)
-    vehicles: Mapping[int, MapVehicle] = field(default_factory=dict, kw_only=True)
+    vehicles: Mapping[int, MapVehicle] | None = field(default=None, kw_only=True)
     counts: Counts = Counts()
     lot_area_m2: float = 0.0
     version: int = 0

@@ -123,6 +123,7 @@ class MapCore:
         self._rows = RowFiller(settings.rows_reach_m)
         self.suggestions = Suggestions()
         self.vehicles = VehicleTracker()
+        self._knows_vehicles = False
         self._vehicles: Sharded[int, MapVehicle] = Sharded(lambda number: number // _SHARD)
         self._novelty = Novelty(settings.look_m, settings.still_weight)
         self._last_pose: MapPose | None = None
@@ -168,7 +169,9 @@ class MapCore:
             return
         self._touched.update(self.grid.fuse(evidence, weight, self._version))
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
-        self._fuse_vehicles(moved_vehicles(seen.vehicles, correction), evidence, weight, seen)
+        if seen.vehicles is not None:
+            self._knows_vehicles = True
+            self._fuse_vehicles(moved_vehicles(seen.vehicles, correction), evidence, weight, seen)
         self._frame += 1
         self._is_spent = False
         self._note_picture(seen)
@@ -235,7 +238,7 @@ class MapCore:
             tiles=self._encoder.encoded,
             mosaic=self._mosaic.encoded,
             stalls=self.published.stalls,
-            vehicles=self._vehicles,
+            vehicles=self._vehicles if self._knows_vehicles else None,
             counts=self.published.counts(),
             lot_area_m2=round(self.grid.lot_area_m2, 1),
             version=self._version,
@@ -333,6 +336,7 @@ class MapCore:
                 self.suggestions.restore(Suggestion.from_bytes(data), self._version)
         elif kind == delta.VEHICLE:
             if data:
+                self._knows_vehicles = True
                 self.vehicles.restore(TrackedVehicle.from_bytes(data), self._version)
         else:
             raise ValueError("an unknown part")

@@ -109,7 +109,7 @@ class Found:
     """Stalls of one rectified picture with float32 probabilities (0..1) at 0.2 m.
 
     ``lot`` is parking lot, ``car`` is car, ``core`` is the inner part of a stall, ``taken`` is that a stall there is
-    taken. ``vehicles``: none of a network that does not know them.
+    taken. ``vehicles``: None of a network that does not know them.
     """
 
     stalls: tuple[Detection, ...]
@@ -117,7 +117,7 @@ class Found:
     car: GroundImage = field(repr=False)
     core: GroundImage = field(repr=False)
     taken: GroundImage = field(repr=False)
-    vehicles: tuple[Vehicle, ...] = field(default=(), kw_only=True)
+    vehicles: tuple[Vehicle, ...] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)

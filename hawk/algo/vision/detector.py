@@ -53,7 +53,7 @@ class Look:
             GroundImage(values, cells.to_map, cells.valid) for values in (maps.lot, maps.car, maps.taken)
         )
         stalls = to_seen(self.stalls, taken, cells)
-        vehicles = () if maps.vehicles is None else self._vehicles(maps.vehicles)
+        vehicles = None if maps.vehicles is None else self._vehicles(maps.vehicles)
         return Found(stalls, lot=lot, car=car, core=cells, taken=taken_map, vehicles=vehicles)
 
     def _vehicles(self, maps: VehicleMaps) -> tuple[Vehicle, ...]:

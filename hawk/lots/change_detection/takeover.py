@@ -124,7 +124,7 @@ def _rows(
     added = _added(connection, lot, begin, [stall for stall in present if stall.id in ending])
     gone = [(stall.key,) for stall in present if stall.id in ending]
     looks = read_rows(connection, OBSERVATION.name, [(seq, key) for (key,) in gone])  # it looked at another stall
-    keys = {seen.id: key for key, seen in enumerate(begin, next_key(connection))}
+    keys = {seen.id: key for key, seen in enumerate(begin, next_key(connection, STALL))}
     begun = [
         operations.stall_row(
             keys[seen.id], lot, stall.label, shape(seen), stall=stall.id, begins=version,

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from hawk.lots.answers import Count, Degrees, Edit, Shown, Utc
-from hawk.lots.plan.values import Id, PlanStall, PlanZone
+from hawk.lots.plan.values import Id, PlanSection, PlanStall, PlanZone
 
 
 class PlanZones(Shown):
-    """Areas of a plan: `zones` are those without stalls, `named_zones` those that statistics count."""
+    """Areas of a plan: `zones` are those without stalls, `named_zones` those that statistics count; `sections`."""
 
     zones: list[PlanZone]
     named_zones: list[PlanZone]
+    sections: list[PlanSection]
 
 
 class PlanChanges(PlanZones):
@@ -53,7 +54,9 @@ class Opened(StepCounts):
 
 
 class Edited(PlanChanges, StepCounts):
-    """Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones are all there are."""
+    """Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones and sections
+    are all there are.
+    """
 
     edit: Id
     revision: Count

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hawk.lots.labels import parts_of
-from hawk.lots.plan import geometry
+from hawk.lots.plan import geometry, sections
 from hawk.lots.plan.operations import (
     LENGTHS_M,
     MOST_STALLS,
@@ -22,13 +22,16 @@ from hawk.lots.plan.operations import (
     AddRow,
     AddStall,
     Allow,
+    ChangeSection,
     Confirm,
+    DrawSection,
     DrawZone,
     EraseZone,
     Forbid,
     Move,
     Operation,
     Remove,
+    RemoveSection,
     Rename,
     Renumber,
     Reverse,
@@ -39,7 +42,7 @@ from hawk.lots.plan.operations import (
     Turn,
     Widen,
 )
-from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutStall, PlanZone, shapes_of
+from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
 from hawk.results.label_parts import LabelParts, in_order, numbered, reading_order
 
@@ -48,7 +51,8 @@ from hawk.results.label_parts import LabelParts, in_order, numbered, reading_ord
 class Context:
     """The facts that drafts need besides the stalls: ``width`` and ``length`` are the lot's usual ones, metres.
 
-    ``zones``: the areas without stalls; ``named``: zones with a name. ``new_id`` returns a UUID that is new.
+    ``zones``: the areas without stalls; ``named``: zones with a name; ``sections``: all there are.
+    ``new_id`` returns a UUID that is new.
     """
 
     width: float
@@ -56,6 +60,7 @@ class Context:
     zones: Sequence[PlanZone]
     new_id: Callable[[], str]
     named: Sequence[PlanZone] = ()
+    sections: Sequence[LayoutSection] = ()
 
 
 def drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) -> Draft:
@@ -101,6 +106,12 @@ def _drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) 
             return _drawn(asked, context)
         case EraseZone():
             return Draft(erased=(_zone(asked.zone, context.named),))
+        case DrawSection():
+            return sections.drawn(asked, context.sections, context.new_id)
+        case ChangeSection():
+            return sections.changed(asked, context.sections)
+        case RemoveSection():
+            return sections.removed(asked, context.sections)
 
 
 def _new(shapes: Floats, kind: str, context: Context) -> tuple[LayoutStall, ...]:

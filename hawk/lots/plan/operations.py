@@ -12,6 +12,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, TypeAdapter, 
 
 from hawk.formats.validation import FieldError, wrong_values
 from hawk.lots.plan.kinds import Kind
+from hawk.lots.plan.values import SectionKind
 from hawk.lots.values import LotInputError
 
 FARTHEST_M: Final = 20_000.0
@@ -268,9 +269,81 @@ class EraseZone(Asked):
     zone: Id
 
 
+LONGEST_NOTE: Final = 200
+"""Characters of the words about a section."""
+MOST_PLACES: Final = 10_000
+"""Capacity of one section."""
+STRIP_WIDTHS_M: Final = (1.0, 40.0)
+PLACE_LENGTHS_M: Final = (1.0, 30.0)
+"""Metres of kerb for one vehicle."""
+
+
+def _tidy_note(note: str) -> str:
+    return _tidy(note) if note.strip() else ""
+
+
+SectionName = Annotated[str, Field(max_length=80), AfterValidator(_tidy)]
+Note = Annotated[str, Field(max_length=LONGEST_NOTE), AfterValidator(_tidy_note)]
+Capacity = Annotated[int, Field(ge=1, le=MOST_PLACES)]
+
+
+class DrawSection(Asked):
+    """Draws a section, whose parked vehicles are counted against its capacity. No stall changes.
+
+    It is the strip on one ``side`` of a ``line``, as one goes along it, ``width`` metres wide, or an ``outline``. A
+    ``capacity`` is a person's; without one it follows from the length along the kerb: one place every ``place_m``
+    metres, else every 5.5 m where vehicles stand parallel to the kerb, every 2.5 m where they stand across it.
+    """
+
+    do: Literal["draw_section"]
+    name: SectionName
+    line: Annotated[list[Place], Field(min_length=2, max_length=MOST_CORNERS)] | None = None
+    side: Literal["left", "right"] | None = None
+    width: Annotated[float, Field(allow_inf_nan=False, ge=STRIP_WIDTHS_M[0], le=STRIP_WIDTHS_M[1])] | None = None
+    outline: Annotated[list[Place], Field(min_length=3, max_length=MOST_CORNERS)] | None = None
+    kind: SectionKind = ""
+    capacity: Capacity | None = None
+    place_m: Annotated[float, Field(allow_inf_nan=False, ge=PLACE_LENGTHS_M[0], le=PLACE_LENGTHS_M[1])] | None = None
+    note: Note = ""
+
+    @model_validator(mode="after")
+    def _is_one_shape(self) -> Self:
+        if (self.line is None) == (self.outline is None):
+            raise FieldError("line", "and outline are both there or both missing: write one of them")
+        for name in ("side", "width"):
+            if self.line is not None and getattr(self, name) is None:
+                raise FieldError(name, "is missing: a line has a side, left or right, and a width in metres")
+            if self.line is None and getattr(self, name) is not None:
+                raise FieldError(name, "belongs to a line: leave it out beside an outline")
+        if self.capacity is not None and self.place_m is not None:
+            raise FieldError("place_m", "makes the capacity: leave one of both out")
+        return self
+
+
+class ChangeSection(Asked):
+    """Changes what is said of a section; what is left out stays.
+
+    ``capacity``: null takes a person's away: it follows from the length again.
+    """
+
+    do: Literal["change_section"]
+    section: Id
+    name: SectionName | None = None
+    kind: SectionKind | None = None
+    capacity: Capacity | None = None
+    note: Note | None = None
+
+
+class RemoveSection(Asked):
+    """Removes a section. Stalls on it stay."""
+
+    do: Literal["remove_section"]
+    section: Id
+
+
 Operation = (
     AddStall | AddRow | Remove | Move | Turn | Widen | SetKind | Confirm | Renumber | Rename | Reverse | Shift | Swap
-    | Split | Forbid | Allow | DrawZone | EraseZone
+    | Split | Forbid | Allow | DrawZone | EraseZone | DrawSection | ChangeSection | RemoveSection
 )  # fmt: skip
 OPERATIONS: Final[tuple[type[Asked], ...]] = get_args(Operation)
 """Models of all operations."""

@@ -19,16 +19,19 @@ from hawk.lots.plan.operations import (
     AddRow,
     AddStall,
     Allow,
+    ChangeSection,
+    DrawSection,
     DrawZone,
     EraseZone,
     Forbid,
     Operation,
+    RemoveSection,
     Split,
     Swap,
 )
-from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutStall, PlanZone, shapes_of
+from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.rows import is_among
-from hawk.lots.schema import FORMER, STALL, ZONE
+from hawk.lots.schema import FORMER, SECTION, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
 
 _LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
@@ -94,6 +97,8 @@ def selected(connection: Connection, lot: str, asked: Operation) -> list[LayoutS
     """Return the stalls that an operation means, those of ids in their order. Raises LotInputError."""
     match asked:
         case AddStall() | AddRow() | Allow() | DrawZone() | EraseZone():
+            return []
+        case DrawSection() | ChangeSection() | RemoveSection():
             return []
         case Forbid():
             return _in_box(connection, lot, np.array(asked.outline), 0.0)
@@ -174,6 +179,16 @@ def named_zones(connection: Connection, lot: str, version: int | None = None) ->
     return [PlanZone(key, name, ring_of(outline), kind) for key, name, outline, kind in found]
 
 
+_OF_SECTION: Final = ("id", "name", "outline", "kind", "length_m", "capacity", "is_capacity_given", "note", "key")
+
+
+def sections_of(connection: Connection, lot: str, version: int | None = None) -> list[LayoutSection]:
+    """Return the sections by their names, of the plan or of a version of the layout."""
+    asked = select(*(SECTION.c[name] for name in _OF_SECTION)).where(in_plan(SECTION.c, lot, version))
+    found = connection.execute(asked.order_by(SECTION.c.name, SECTION.c.id)).mappings()
+    return [LayoutSection(**{**row, "outline": ring_of(row["outline"])}) for row in found]
+
+
 def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
     """Return the facts that the draft of an operation needs besides the stalls."""
     usual: Mapping[str, float] = {}
@@ -183,7 +198,9 @@ def context_of(connection: Connection, lot: str, asked: Operation) -> Context:
         usual = {} if median is None else {name: float(median)}
     width, length = usual.get("width", USUAL_M[0]), usual.get("length", USUAL_M[1])
     named = named_zones(connection, lot) if isinstance(asked, DrawZone | EraseZone) else ()
-    return Context(width, length, zones_of(connection, lot), new_id, named)
+    is_section = isinstance(asked, DrawSection | ChangeSection | RemoveSection)
+    sections = sections_of(connection, lot) if is_section else ()
+    return Context(width, length, zones_of(connection, lot), new_id, named, sections)
 
 
 def labelled(connection: Connection, lot: str, labels: Sequence[str]) -> list[LayoutStall]:

@@ -12,7 +12,7 @@ from hawk.lots.answers import Edit, Layout
 from hawk.lots.change_log import Group, rows_touched, unpacked
 from hawk.lots.plan import versions
 from hawk.lots.plan.answers import Plan, PlanChanges
-from hawk.lots.plan.queries import COLUMNS, all_stalls, named_zones, stalls_in, zones_of
+from hawk.lots.plan.queries import COLUMNS, all_stalls, named_zones, sections_of, stalls_in, zones_of
 from hawk.lots.plan.values import LayoutStall, PlanStall
 from hawk.lots.plan.versions import edit_of
 from hawk.lots.registration.survey_place import datum_of
@@ -64,9 +64,12 @@ def changes_of(connection: Connection, lot: str, groups: Sequence[Group]) -> Pla
 def _changes(
     connection: Connection, lot: str, stalls: Sequence[PlanStall], gone: Sequence[str] = (), version: int | None = None
 ) -> PlanChanges:
-    """Return stalls of a plan, or of a version of the layout, with all its zones."""
+    """Return stalls of a plan, or of a version of the layout, with all its zones and sections."""
     zones, named = zones_of(connection, lot, version), named_zones(connection, lot, version)
-    return PlanChanges(zones=zones, named_zones=named, stalls=list(stalls), gone=list(gone))
+    return PlanChanges(
+        zones=zones, named_zones=named, sections=list(sections_of(connection, lot, version)), stalls=list(stalls),
+        gone=list(gone),
+    )  # fmt: skip
 
 
 def shown_edit(connection: Connection, lot: str) -> Edit | None:

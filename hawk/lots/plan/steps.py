@@ -1,7 +1,8 @@
 """Drafts of a plan written into the store, as one step of an edit each (`hawk.lots.change_log`).
 
-A step is done, undone and done again by writing columns: an added stall or zone is a row that is no more part of the
-plan after an undo (``ends`` is its first version), and never deleted. Ids and observations stay valid so.
+A step is done, undone and done again by writing columns: an added stall, zone or section is a row that is no
+more part of the plan after an undo (``ends`` is its first version), and never deleted. Ids and observations stay valid
+so.
 """
 
 from __future__ import annotations
@@ -10,12 +11,14 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, bindparam, insert, select, text
+from sqlalchemy import Connection, Table, bindparam, func, insert, select, text
 
 from hawk.lots.change_log import Group, apply, grouped
-from hawk.lots.plan.values import LASTING, Draft, LayoutStall
+from hawk.lots.plan.values import LASTING, Draft, LayoutSection, LayoutStall
 from hawk.lots.rows import is_among
-from hawk.lots.schema import FORMER, STALL, ZONE
+from hawk.lots.schema import FORMER, SECTION, STALL, ZONE
+
+_OF_SECTION: Final = ("id", "name", "kind", "length_m", "capacity", "is_capacity_given", "note")
 
 
 def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple[Group, ...]:
@@ -31,6 +34,7 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
     ]
     if zones:
         connection.execute(insert(ZONE), zones)
+    begun = _add_sections(connection, lot, version, draft.begun_sections)
     in_plan, out_of_plan = {"ends": None}, {"ends": version}
     groups = (
         *grouped(("stall", (old.key,), *_differing(old, new)) for old, new in draft.changed),
@@ -38,6 +42,8 @@ def store(connection: Connection, lot: str, version: int, draft: Draft) -> tuple
         *_together("stall", [stall.key for stall in draft.ended], in_plan, out_of_plan),
         *_together("zone", [zone.id for zone in draft.begun_zones], out_of_plan, in_plan),
         *_together("zone", [zone.id for zone in draft.ended_zones], in_plan, out_of_plan),
+        *_together("section", [section.key for section in draft.ended_sections], in_plan, out_of_plan),
+        *_together("section", begun, out_of_plan, in_plan),
     )
     _keep_former(connection, version, [old.key for old, _ in draft.changed if old.begins < version])
     apply(connection, groups)
@@ -57,7 +63,7 @@ def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[
     """Insert stalls that are no part of the plan yet, and return their keys."""
     if not added:
         return []
-    first = next_key(connection)
+    first = next_key(connection, STALL)
     keys = list(range(first, first + len(added)))
     rows = [
         {"key": key, "id": stall.id, "lot": lot, **{name: getattr(stall, name) for name in LASTING}}
@@ -68,13 +74,29 @@ def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[
     return keys
 
 
-def next_key(connection: Connection) -> int:
-    """Return the next key of a stall that SQLite would give: no key is given twice."""
-    return int(connection.execute(_NEXT_KEY).scalar_one())
+def _add_sections(connection: Connection, lot: str, version: int, begun: Sequence[LayoutSection]) -> list[int]:
+    """Insert sections that are no part of the plan yet, and return their keys."""
+    if not begun:
+        return []
+    first = next_key(connection, SECTION)
+    keys = list(range(first, first + len(begun)))
+    rows = [
+        {"key": key, "lot": lot, **{name: getattr(section, name) for name in _OF_SECTION}}
+        | {"outline": json.dumps(section.outline), "begins": version, "ends": version}
+        for key, section in zip(keys, begun, strict=True)
+    ]
+    connection.execute(insert(SECTION), rows)
+    return keys
 
 
-_NEXT_KEY: Final = text("SELECT 1 + max(coalesce((SELECT max(key) FROM stall), 0),"
-                        " coalesce((SELECT seq FROM sqlite_sequence WHERE name = 'stall'), 0))")  # fmt: skip
+def next_key(connection: Connection, table: Table) -> int:
+    """Return the next key of a stall or section that SQLite would give: no key is given twice."""
+    highest = connection.execute(select(func.max(table.c.key))).scalar() or 0
+    given = connection.execute(_GIVEN, {"table": table.name}).scalar() or 0
+    return 1 + max(int(highest), int(given))
+
+
+_GIVEN: Final = text("SELECT seq FROM sqlite_sequence WHERE name = :table")
 
 
 def _keep_former(connection: Connection, version: int, keys: Sequence[int]) -> None:

@@ -25,6 +25,7 @@ LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed", "is_named")
 """Columns of a stall that each layout version may have otherwise."""
 NO_STALLS: Final = "no_stalls"
 """Kind of a zone that has no stall."""
+SectionKind = Literal["parallel", "across", ""]
 NEW: Final = 0
 """Key of a stall that is not in the store yet."""
 
@@ -89,13 +90,42 @@ class PlanZone:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanSection:
+    """A section of a plan: a strip along a kerb, or an area, whose parked vehicles are counted against a capacity.
+
+    Its ``id`` (UUID) stays when it changes, ``name`` is no other section's of the plan.
+    """
+
+    __pydantic_config__: ClassVar = ANSWER
+
+    id: Id
+    name: str
+    outline: Annotated[Ring, Field(description="north and east, metres")] = field(repr=False)
+    kind: Annotated[
+        SectionKind, Field(description="how vehicles stand at the kerb; empty for an area where that does not matter")
+    ]
+    length_m: Annotated[float, Field(description="length along the kerb")]
+    capacity: Annotated[int | None, Field(description="places; null: not known, vehicles are counted alone")]
+    is_capacity_given: Annotated[bool, Field(description="a person gave the capacity; else it follows from the length")]
+    note: Annotated[str, Field(description="words of a person: permit, loading, disabled")]
+
+
+@dataclass(frozen=True, slots=True)
+class LayoutSection(PlanSection):
+    """A section in the store, by the ``key`` of its row."""
+
+    key: int = NEW
+
+
+@dataclass(frozen=True, slots=True)
 class Draft:
     """A change of a plan that was not checked yet.
 
     ``changed``: stalls as they are and as they are to be; ``added``: in the order of a row. A stall without label gets
     one of ours. ``field``: the field of the operation that says where stalls stand, or their labels. ``rows``: names of
     rows that stalls get as a whole: a row of ours that has such a name gives it up. ``forbidden``, ``allowed``: areas
-    without stalls that begin, end; ``drawn``, ``erased``: named zones that do.
+    without stalls that begin, end; ``drawn``, ``erased``: named zones that do; ``begun_sections``, ``ended_sections``:
+    sections that do: one that changes does both.
     """
 
     changed: tuple[tuple[LayoutStall, LayoutStall], ...] = ()
@@ -105,13 +135,16 @@ class Draft:
     allowed: tuple[PlanZone, ...] = ()
     drawn: tuple[PlanZone, ...] = ()
     erased: tuple[PlanZone, ...] = ()
+    begun_sections: tuple[LayoutSection, ...] = ()
+    ended_sections: tuple[LayoutSection, ...] = ()
     field: str = "stalls"
     rows: frozenset[str] = frozenset()
 
     @property
     def is_empty(self) -> bool:
         """True when nothing changes."""
-        return not (self.changed or self.ended or self.added or self.begun_zones or self.ended_zones)
+        stalls, zones = self.changed or self.ended or self.added, self.begun_zones or self.ended_zones
+        return not (stalls or zones or self.begun_sections or self.ended_sections)
 
     @property
     def begun_zones(self) -> tuple[PlanZone, ...]:

@@ -26,7 +26,7 @@ from hawk.lots.registration.georeference import ring_on_earth
 from hawk.lots.registration.lot_match import Answer, which_lot
 from hawk.lots.registration.survey_place import ABOUT_M
 from hawk.lots.rows import Row
-from hawk.lots.schema import LOT
+from hawk.lots.schema import LOT, STALL
 from hawk.lots.values import LotInputError, LotStoreError, check_fields, checked_name, new_id
 from hawk.model.plans import Outline
 
@@ -87,7 +87,7 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
             key, lot, stall.label, {name: getattr(stall, name) for name in SHAPE}, stall=stall.id, kind=stall.kind,
             is_confirmed=stall.is_confirmed, is_named=stall.is_named,
         )
-        for key, stall in enumerate(stalls, next_key(connection))
+        for key, stall in enumerate(stalls, next_key(connection, STALL))
     ]  # fmt: skip
     done = change_log.write(connection, Change(KIND, lot, tuple(rows)), who, now)
     return Begun(**dict(done), stalls=len(stalls))

@@ -49,7 +49,7 @@ def _selection(table: str, key: str, columns: tuple[str, ...]) -> str:
 
 
 def _columns(store: sqlite3.Connection, table: str) -> tuple[str, ...]:
-    """Return the columns that a table has in this file: an earlier version has fewer."""
+    """Return the columns that a table has in this file: an earlier version has fewer, or has no such table."""
     return tuple(row[1] for row in store.execute(f"PRAGMA main.table_info({table})"))
 
 
@@ -57,7 +57,8 @@ def digest_of(store: sqlite3.Connection, part: Part) -> bytes | None:
     """Return the digest of a part as it is, `DAMAGED` for one that cannot be read; None for one without rows."""
     key = int(part.key) if part.kind in _NUMBERED else part.key
     try:
-        asked = [_selection(table, name, _columns(store, table)) for table, name in PARTS[part.kind].items()]
+        found = ((table, name, _columns(store, table)) for table, name in PARTS[part.kind].items())
+        asked = [_selection(*each) for each in found if each[2]]
         rows = [store.execute(selection, (key,)).fetchall() for selection in asked]
     except (sqlite3.OperationalError, UnicodeError):  # text that is none
         return DAMAGED

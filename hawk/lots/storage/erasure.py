@@ -20,7 +20,7 @@ from hawk.lots.storage.database import BUSY_S, explained, read_only
 from hawk.lots.storage.digests import damaged_parts, seal
 from hawk.lots.values import LotStoreError, NotFoundError, Placed
 
-_LOT_TABLES: Final = ("former", "label", "zone", "dropped", "pin", "plan", "share")
+_LOT_TABLES: Final = ("former", "label", "zone", "section", "dropped", "pin", "plan", "share")
 """Tables whose column ``lot`` is the lot's id."""
 _IN_USE: Final = "is used by another program: end it, and erase again"
 _AGAIN: Final = (
@@ -68,8 +68,14 @@ def erase_rows(store: sqlite3.Connection, found: Found) -> None:
     damaged = damaged_parts(store)
     note_erased(store, map(erased_id, (*found.ids, *found.lots)))
     _erase_surveys(store, found)
-    stalls = [row for each in found.lots for row in store.execute("SELECT key, id FROM stall WHERE lot = ?", (each,))]
-    _forget(store, {"stall": {key for key, _ in stalls}}, [*found.lots, *(stall for _, stall in stalls)])
+    rows: dict[str, set[int]] = {}
+    texts = [*found.lots]
+    for table in ("stall", "section"):
+        asked = f"SELECT key, id FROM {table} WHERE lot = ?"  # noqa: S608 - our own words
+        named = [row for each in found.lots for row in store.execute(asked, (each,))]
+        rows[table] = {key for key, _ in named}
+        texts += [each for _, each in named]
+    _forget(store, rows, texts)
     for each in found.lots:
         _erase_ground(store, each)
     for each in found.lots[::-1]:
@@ -159,6 +165,7 @@ def _erase_ground(store: sqlite3.Connection, lot: str) -> None:
     stalls = "SELECT key FROM stall WHERE lot = ?"
     for table in ("observation", "former"):
         store.execute(f"DELETE FROM {table} WHERE stall IN ({stalls})", (lot,))  # noqa: S608 - our own words
+    store.execute("DELETE FROM section_look WHERE section IN (SELECT id FROM section WHERE lot = ?)", (lot,))
     for table in _LOT_TABLES:
         store.execute(f"DELETE FROM {table} WHERE lot = ?", (lot,))  # noqa: S608 - our own words
     store.execute("DELETE FROM stall WHERE lot = ?", (lot,))
@@ -171,7 +178,7 @@ def _erase_ground(store: sqlite3.Connection, lot: str) -> None:
 def _erase_surveys(store: sqlite3.Connection, found: Found) -> None:
     for seq, _, _ in found.surveys:
         store.execute("UPDATE stall SET first_survey = NULL, first_id = NULL WHERE first_survey = ?", (seq,))
-        for table in ("observation", "looks", "dropped"):
+        for table in ("observation", "looks", "dropped", "section_look"):
             store.execute(f"DELETE FROM {table} WHERE survey = ?", (seq,))  # noqa: S608 - our own words
         store.execute("DELETE FROM survey WHERE seq = ?", (seq,))
     numbers = {seq for seq, _, _ in found.surveys}

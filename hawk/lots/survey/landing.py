@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from hawk.lots.survey.moments import CaptureTime, MomentSource
 from hawk.lots.survey.source import PictureSource
-from hawk.lots.values import Detection, FinishedSurvey
+from hawk.lots.values import Detection, FinishedSurvey, VehicleDetection
 from hawk.model.lot_map import Cell, OccupancyMap, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose, Ring
@@ -60,6 +60,10 @@ class LandingFacts:
     pictures: PictureSource | None = None
     title: str = ""
 
+    def at(self, seconds: float) -> float:
+        """Return a moment of the daemon's clock as UTC, Unix seconds."""
+        return self.utc - (self.seconds - seconds) / self.speed
+
 
 def at_landing(heard: datetime | None, clock: float, *, is_kept: bool, is_simulated: bool = False) -> CaptureTime:
     """Return the moment of a landing.
@@ -88,7 +92,7 @@ def finished(landed: LandingFacts) -> FinishedSurvey:
         time_is_sure=landed.time_is_sure,
         outline=landed.outline or seen_lot(survey),
         stalls=tuple(
-            Detection.of(stall, landed.utc - (landed.seconds - stall.last_seen) / landed.speed)
+            Detection.of(stall, landed.at(stall.last_seen))
             for _, stall in sorted(landed.current.stalls.items())
             if stall.seen  # others are known, and were not looked at
             and (stall.extra is not None or stall.state is not StallState.SUGGESTED)
@@ -99,7 +103,15 @@ def finished(landed: LandingFacts) -> FinishedSurvey:
         accuracy=landed.accuracy,
         pictures=landed.pictures,
         title=landed.title,
+        vehicles=_vehicles(landed),
     )
+
+
+def _vehicles(landed: LandingFacts) -> tuple[VehicleDetection, ...] | None:
+    known = landed.current.vehicles
+    if known is None:
+        return None
+    return tuple(VehicleDetection.of(one, landed.at(one.last_seen)) for _, one in sorted(known.items()))
 
 
 def seen_lot(survey: SurveyMap) -> Outline:

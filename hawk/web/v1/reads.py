@@ -1,4 +1,4 @@
-"""Reading of lots, layouts, stalls, zones, surveys, observations and statistics for `hawk.web.v1.table`.
+"""Reading of lots, layouts, stalls, zones, sections, surveys, observations and statistics for `hawk.web.v1.table`.
 
 Each function runs on a thread of the store, which loads this module and SQLAlchemy with it (`hawk.runtime.late`).
 """
@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection
 
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson
-from hawk.lots import lists, queries
+from hawk.lots import lists, queries, section_lists
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.lists import Asked
@@ -89,6 +89,16 @@ def stalls_of_layout(connection: Connection, asked: Request[forms.Listed]) -> An
 def zones(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the zones of a lot."""
     return _listed(lists.zones(connection, asked.id, _part(asked.query)))
+
+
+def sections(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return the sections of a lot."""
+    return _listed(section_lists.sections(connection, asked.id, _part(asked.query)))
+
+
+def sections_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
+    """Return what a survey saw of the sections of its lot."""
+    return _listed(section_lists.looks(connection, asked.id, _part(asked.query)))
 
 
 def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:

@@ -143,6 +143,8 @@ _READS: Final = (
     _read("/stalls/{id}", "stall", "A stall of any layout", LOTS, reads.stall, lots.Stall),
     _read("/lots/{id}/zones", "zones", "Zones of a lot's plan, and areas without stalls", LOTS, reads.zones,
           lots.ZoneList, parameters.Listed),
+    _read("/lots/{id}/sections", "sections", "Sections of a lot's plan with the newest look at each", LOTS,
+          reads.sections, lots.SectionList, parameters.Listed),
     _read("/surveys", "surveys", "Surveys of all lots, and of none", SURVEYS, reads.surveys, lots.SurveyList,
           parameters.Surveys),
     _read("/lots/{id}/surveys", "lot_surveys", "Surveys of a lot", SURVEYS, reads.surveys, lots.SurveyList,
@@ -154,6 +156,8 @@ _READS: Final = (
           SURVEYS, reads.places, lots.PossiblePlaces),
     _read("/surveys/{id}/observations", "survey_observations", "Looks of a survey at the stalls of its lot", SURVEYS,
           reads.observations_of_survey, lots.ObservationList, parameters.Listed),
+    _read("/surveys/{id}/sections", "survey_sections", "Looks of a survey at the sections of its lot", SURVEYS,
+          reads.sections_of_survey, lots.SectionLookList, parameters.Listed),
     *_of_lot(False),
 )  # fmt: skip
 

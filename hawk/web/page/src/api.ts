@@ -204,12 +204,13 @@ export interface Edit {
   layout: number;
 }
 
-/** Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones are all there are. */
+/** Changes by an operation. `gone`: stalls that are no part of the plan any more. Zones and sections are all there are. */
 export interface Edited {
   undo: number;
   redo: number;
   zones: PlanZone[];
   named_zones: PlanZone[];
+  sections: PlanSection[];
   stalls: PlanStall[];
   gone: string[];
   edit: string;
@@ -399,6 +400,20 @@ export interface ListedLot {
   last_survey: Survey | null;
 }
 
+/** A section of a plan with its place on Earth and the newest look at it; null where no survey looked. */
+export interface ListedSection {
+  id: string;
+  name: string;
+  outline: [number, number][];
+  kind: "parallel" | "across" | "";
+  length_m: number;
+  capacity: number | null;
+  is_capacity_given: boolean;
+  note: string;
+  ground: [number, number][];
+  look: SectionLook | null;
+}
+
 /** A stall with the last look at it, all null where no survey looked; `survey`: which survey looked. */
 export interface ListedStall {
   id: string;
@@ -534,6 +549,7 @@ export interface PlacedStallList {
 export interface Plan {
   zones: PlanZone[];
   named_zones: PlanZone[];
+  sections: PlanSection[];
   stalls: PlanStall[];
   gone: string[];
   lot: string;
@@ -582,6 +598,18 @@ export interface PlanPreview {
   clash_count: number;
   renamed: Renamed[];
   layers: PlanLayer[];
+}
+
+/** A section of a plan: a strip along a kerb, or an area, whose parked vehicles are counted against a capacity. */
+export interface PlanSection {
+  id: string;
+  name: string;
+  outline: [number, number][];
+  kind: "parallel" | "across" | "";
+  length_m: number;
+  capacity: number | null;
+  is_capacity_given: boolean;
+  note: string;
 }
 
 /** A stall of a plan: its middle, and the direction of its length, radians clockwise from north. */
@@ -679,6 +707,35 @@ export interface RowUse {
   row: string;
   stalls: number;
   occupancy: Estimate;
+}
+
+/** Part of the list of sections. */
+export interface SectionList {
+  next: string | null;
+  items: ListedSection[];
+}
+
+/** Look of a survey at a section. `least` to `most` holds the true number of parked vehicles in 90 % of looks. */
+export interface SectionLook {
+  survey: string;
+  section: string;
+  name: string;
+  observed: string;
+  source: "vehicles" | "stalls";
+  parked: number;
+  least: number;
+  most: number;
+  capacity: number | null;
+  occupancy: number | null;
+  room: number | null;
+  hidden_share: number;
+  seen_share: number;
+}
+
+/** Part of the list of a survey's looks at sections. */
+export interface SectionLookList {
+  next: string | null;
+  items: SectionLook[];
 }
 
 /** A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`. */
@@ -780,6 +837,7 @@ export interface Stepped {
   redo: number;
   zones: PlanZone[];
   named_zones: PlanZone[];
+  sections: PlanSection[];
   stalls: PlanStall[];
   gone: string[];
   edit: string;

@@ -169,8 +169,10 @@ def test_the_map_has_the_vehicles_and_takes_them_over_a_restart() -> None:
         seen = vision.look(pose_at(6.0 * k, 10.0), float(k))
         core.fuse(replace(seen, vehicles=(CAR,)))
         core.encode(seen.pose)
+    assert core.index.vehicles is not None
     (vehicle,) = core.index.vehicles.values()
     assert vehicle.looks == 4
     other = MapCore(MapperSettings(), "")
     assert other.restore([core.changes_since(0).parts]) == []
+    assert other.index.vehicles is not None
     assert [one.kind for one in other.index.vehicles.values()] == [vehicle.kind]

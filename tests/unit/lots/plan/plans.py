@@ -101,4 +101,4 @@ class Person:
     def shown(self) -> Json:
         """Return the plan without what rises with every change."""
         found = self.plan()
-        return {"stalls": found["stalls"], "zones": found["zones"]}
+        return {name: found[name] for name in ("stalls", "zones", "sections")}

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from hawk.lots.plan.kinds import KINDS
-from hawk.lots.plan.operations import NAMES
+from hawk.lots.plan.operations import NAMES, OPERATIONS
 from hawk.lots.values import LotInputError
 from tests.unit.lots.plan.plans import Person
 
@@ -19,6 +19,10 @@ ROOT = Path(__file__).resolve().parents[4]
 NOBODY = "0" * 36
 ADD: dict[str, Any] = {"do": "add_stall", "north": 20.0, "east": 0.0, "angle": 0.0, "width": 2.5, "length": 5.0}
 ROW: dict[str, Any] = {"do": "add_row", "front": [[20.0, 0.0], [20.0, 25.0]], "far": [25.0, 0.0]}
+KERB: dict[str, Any] = {
+    "do": "draw_section", "name": "Elm Street", "line": [[20.0, 0.0], [20.0, 56.0]], "side": "right", "width": 2.2,
+    "kind": "parallel",
+}  # fmt: skip
 AREA = [[-3.0, 8.0], [-3.0, 14.0], [3.0, 14.0], [3.0, 8.0]]
 
 
@@ -248,6 +252,24 @@ BAD: list[tuple[Any, str]] = [
     ({"do": "draw_zone", "outline": AREA, "name": "A", "kind": "no_stalls"}, "kind: .*is no kind"),
     ({"do": "draw_zone", "outline": [[0, 0], [2, 2], [2, 0], [0, 2]], "name": "A"}, "outline: crosses or touches"),
     ({"do": "erase_zone", "zone": NOBODY}, "zone: must be of this plan: read the plan again"),
+    ({**KERB, "name": " "}, "name: .*is empty or holds characters that cannot be shown"),
+    ({**KERB, "outline": AREA}, "line: and outline are both there or both missing"),
+    ({"do": "draw_section", "name": "A"}, "line: and outline are both there or both missing"),
+    ({**KERB, "side": "north"}, "side: must be 'left' or 'right'"),
+    ({**KERB, "side": None}, "side: is missing: a line has a side, left or right"),
+    ({**KERB, "width": None}, "width: is missing: a line has a side"),
+    ({**KERB, "width": math.nan}, "width: must be a finite number"),
+    ({**KERB, "line": [[20, 0], [20, 0.5]]}, "line: is 0.50 m long: place its ends 1 m apart or more"),
+    ({**KERB, "line": [[20, 0], [20, 9], [25, 5], [15, 5]]}, "line: crosses itself"),
+    ({**KERB, "line": [[20, 0], [20, math.inf]]}, r"line\[1\]\[1\]: must be a finite number"),
+    ({**KERB, "capacity": 0}, "capacity: must be 1 or more"),
+    ({**KERB, "capacity": 4, "place_m": 6.0}, "place_m: makes the capacity: leave one of both out"),
+    ({**KERB, "note": "x" * 201}, "note: must have 200 or fewer characters"),
+    ({**KERB, "kind": "diagonal"}, "kind: must be 'parallel', 'across' or"),
+    ({"do": "draw_section", "name": "A", "outline": AREA, "side": "left"}, "side: belongs to a line: leave it out"),
+    ({"do": "draw_section", "name": "A", "outline": [[0, 0], [2, 2], [2, 0], [0, 2]]}, "outline: crosses or touches"),
+    ({"do": "change_section", "section": NOBODY}, "section: must be of this plan: read the plan again"),
+    ({"do": "remove_section", "section": NOBODY}, "section: must be of this plan: read the plan again"),
 ]  # fmt: skip
 
 
@@ -276,6 +298,11 @@ def test_the_how_to_names_every_kind_and_the_api_every_operation() -> None:
     how_to, api = (
         (ROOT / "docs" / page).read_text(encoding="utf-8") for page in ("how-to/correct-the-plan.md", "api.md")
     )
-    rows = {word for line in how_to.splitlines() if line.startswith("| `") for word in re.findall(r"`([a-z_]+)`", line)}
+    rows = {
+        word
+        for line in how_to.splitlines()
+        if line.startswith(("| `", "- `"))
+        for word in re.findall(r"`([a-z_]+)`", line)
+    }
     assert {*KINDS} - {""} <= rows
-    assert {*NAMES} <= set(re.findall(r'`do`: `"(\w+)"`', api))
+    assert {each.__name__ for each in OPERATIONS} <= set(re.findall(r"^### (\w+)$", api, re.MULTILINE))

@@ -60,6 +60,7 @@ def rows(draw: st.DrawFn) -> Json:
     }
 
 
+KERBS, SIDES = st.sampled_from(["", "parallel", "across"]), st.sampled_from(["left", "right"])
 OPERATIONS = st.one_of(
     do("add_stall", north=METRES, east=METRES, angle=st.floats(0, 3), **SIZES),
     rows(),
@@ -85,6 +86,10 @@ OPERATIONS = st.one_of(
     do("allow", zone=st.integers(0, 3)),
     do("draw_zone", outline=st.lists(PLACE, min_size=3, max_size=4), name=LETTERS),
     do("erase_zone", zone=st.integers(0, 3)),
+    do("draw_section", name=LETTERS, outline=st.lists(PLACE, min_size=3, max_size=4), kind=KERBS),
+    do("draw_section", name=LETTERS, line=st.lists(PLACE, min_size=2, max_size=3), side=SIDES, width=st.just(2.2)),
+    do("change_section", section=st.integers(0, 3), name=LETTERS, kind=KERBS, capacity=st.none() | st.integers(1, 9)),
+    do("remove_section", section=st.integers(0, 3)),
     do("confirm", row=LETTERS),
     do("confirm", stalls=SOME),
 )
@@ -109,7 +114,8 @@ def with_ids(person: Person, asked: Json) -> Json:
     ids = [each["id"] for each in plan["stalls"]]
     zones = [each["id"] for each in (*plan["zones"], *plan["named_zones"])]
     named = dict(asked)
-    for field, known in (("stalls", ids), ("stall", ids), ("zone", zones)):
+    sections = [each["id"] for each in plan["sections"]]
+    for field, known in (("stalls", ids), ("stall", ids), ("zone", zones), ("section", sections)):
         value = named.get(field)
         if isinstance(value, list):
             named[field] = list(dict.fromkeys(known[n % len(known)] for n in value)) if known else ["none"]
@@ -139,6 +145,8 @@ class Ledger:
         assert keys.items() >= self.keys.items()
         assert len({*keys.values()}) == len(keys)
         self.keys = keys
+        names = [each["name"] for each in plan["sections"]]
+        assert len(set(names)) == len(names)
         for zone in plan["zones"]:
             ring = tuple((a, b) for a, b in zone["outline"])
             assert not any(geometry.within(ring, shapes[:, :2]))

@@ -12,6 +12,7 @@ from hawk.lots.registration.georeference import about, ground_about
 from hawk.lots.survey.landing import LandingFacts, at_landing, finished, seen_ground, seen_lot
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import CELL_M, TILE_CELLS, Cell, EncodedTile, OccupancyMap, Stall, StallState
+from hawk.model.vehicles import MapVehicle, VehicleKind
 from hawk.results.survey_map import SurveyMap
 from tests.unit.lots.surveys import BEGAN, DATUM, box
 
@@ -47,6 +48,15 @@ def test_stalls_have_the_time_of_their_last_look_at_any_speed_of_the_clock() -> 
         StallState.TAKEN,
         12,
     )
+
+
+def test_vehicles_have_the_time_of_their_last_look_and_are_none_where_no_network_looked() -> None:
+    seen = MapVehicle(7, VehicleKind.VAN, -3.0, 4.0, 0.5, 2.0, 5.5, 0.9, 6, 30.0, last_seen=60.0, version=2)
+    (found,) = finished(landed(replace(lot_map({}), vehicles={7: seen}))).vehicles or ()
+    assert (found.id, found.kind, found.looks, found.stood_s) == (7, VehicleKind.VAN, 6, 30.0)
+    assert found.looked_at == pytest.approx(BEGAN - 10.0)
+    assert finished(landed(replace(lot_map({}), vehicles={}))).vehicles == ()
+    assert finished(landed(lot_map({}))).vehicles is None
 
 
 def test_a_stall_that_only_blurred_pictures_showed_says_so() -> None:

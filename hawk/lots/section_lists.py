@@ -1,0 +1,67 @@
+"""Sections of lots with what surveys saw of them, as parts of lists (`hawk.lots.lists`)."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from sqlalchemy import Connection, Row, select, true
+
+from hawk.lots.answers import ListedSection, SectionList, SectionLook, SectionLookList
+from hawk.lots.lists import Asked, part_of, places_on_earth
+from hawk.lots.outlines import ring_of
+from hawk.lots.plan.queries import in_plan
+from hawk.lots.queries import lot_row, survey_row
+from hawk.lots.registration.survey_place import datum_of
+from hawk.lots.schema import SECTION, SECTION_LOOK, SURVEY
+from hawk.lots.survey.order import newest_first
+from hawk.lots.values import moment
+
+_SAID: Final = ("id", "name", "kind", "length_m", "capacity", "is_capacity_given", "note")
+_COUNTED: Final = ("source", "parked", "least", "most", "room", "hidden_share", "seen_share")
+_LOOK: Final = (
+    *(SECTION_LOOK.c[name] for name in ("section", "looked_at", *_COUNTED)), SECTION.c.name, SECTION.c.capacity,
+    SURVEY.c.id.label("by"),
+)  # fmt: skip
+_LOOKS: Final = (
+    select(*_LOOK)
+    .join(SURVEY, SURVEY.c.seq == SECTION_LOOK.c.survey)
+    .join(SECTION, (SECTION.c.id == SECTION_LOOK.c.section) & SECTION.c.ends.is_(None))
+)
+
+
+def sections(connection: Connection, lot_id: str, asked: Asked) -> SectionList:
+    """Return the sections of a lot's plan with the newest look at each, by their ids.
+
+    Raises NotFoundError, LotInputError.
+    """
+    lot_row(connection, lot_id)
+    is_behind = true() if asked.after is None else SECTION.c.id > asked.after
+    rows = select(SECTION).where(in_plan(SECTION.c, lot_id), is_behind).order_by(SECTION.c.id)
+    datum = datum_of(connection, lot_id)
+
+    def shown(row: Row[Any]) -> ListedSection:
+        ring = ring_of(row.outline)
+        newest = _LOOKS.where(SECTION_LOOK.c.section == row.id, SURVEY.c.lot == lot_id).order_by(*newest_first())
+        look = connection.execute(newest.limit(1)).first()
+        return ListedSection(
+            **{name: row._mapping[name] for name in _SAID}, outline=ring, ground=places_on_earth(datum, ring),
+            look=None if look is None else _shown(look),
+        )  # fmt: skip
+
+    return part_of(SectionList, connection, rows, asked, shown, lambda row: str(row.id))
+
+
+def looks(connection: Connection, survey_id: str, asked: Asked) -> SectionLookList:
+    """Return what a survey saw of the sections of its lot, by their ids. Raises NotFoundError, LotInputError."""
+    seq = survey_row(connection, survey_id).key[0]
+    is_behind = true() if asked.after is None else SECTION_LOOK.c.section > asked.after
+    rows = _LOOKS.where(SECTION_LOOK.c.survey == seq, is_behind).order_by(SECTION_LOOK.c.section)
+    return part_of(SectionLookList, connection, rows, asked, _shown, lambda row: str(row.section))
+
+
+def _shown(row: Row[Any]) -> SectionLook:
+    return SectionLook(
+        survey=row.by, section=row.section, name=row.name, observed=moment(row.looked_at), capacity=row.capacity,
+        occupancy=None if row.capacity is None else round(row.parked / row.capacity, 4),
+        **{name: row._mapping[name] for name in _COUNTED},
+    )  # fmt: skip

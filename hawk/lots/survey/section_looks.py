@@ -1,0 +1,152 @@
+"""Looks of surveys at the sections of their lots, made from the vehicles or the stalls that the surveys keep.
+
+They follow from other rows, and are made anew whenever a survey is stored or placed, or a section begins or changes. A
+survey, or a section, that is damaged is passed over.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Collection, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Final
+
+import numpy as np
+import shapely
+from shapely.geometry.base import BaseGeometry
+from sqlalchemy import Connection, RowMapping, delete, insert, select
+
+from hawk.lots.outlines import outline_of, unpack_outline
+from hawk.lots.plan import geometry
+from hawk.lots.plan.queries import in_plan, sections_of
+from hawk.lots.plan.values import Floats, LayoutSection, shapes_of
+from hawk.lots.registration.frames import Move, frame_of
+from hawk.lots.registration.georeference import ground_about
+from hawk.lots.registration.survey_place import datum_of
+from hawk.lots.rows import is_among
+from hawk.lots.schema import SECTION, SECTION_LOOK, STALL, SURVEY
+from hawk.lots.storage.digests import is_damaged
+from hawk.lots.survey.section_counts import Sight, Source, count_of
+from hawk.lots.survey.vehicle_places import inside
+from hawk.lots.values import PLACED, LotStoreError, Placed, unpack_stalls, unpack_vehicles
+from hawk.model.lot_map import StallState
+
+LEAST_SEEN: Final = 0.05
+"""Share of a section below which a survey did not look at it: the edge of a flight."""
+_READ: Final = (
+    "seq", "lot", "placed", "latitude", "longitude", "north", "east", "turn", "ended", "outline", "seen_ground",
+    "stalls", "vehicles",
+)  # fmt: skip
+_ASKED: Final = select(*(SURVEY.c[name] for name in _READ)).order_by(SURVEY.c.seq)
+_LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class _Seen:
+    """What a survey saw, in its lot's frame: vehicles or taken stalls with their probabilities and moments, unknown
+    stalls, and the ground.
+    """
+
+    source: Source
+    shapes: Floats = field(repr=False)
+    probabilities: Floats = field(repr=False)
+    moments: Floats = field(repr=False)
+    unknown: Floats = field(repr=False)
+    ground: BaseGeometry = field(repr=False)
+
+
+def renew(connection: Connection, surveys: Collection[int] = (), sections: Collection[int] = ()) -> None:
+    """Make the looks of surveys, by number, and the looks at sections, by key, anew."""
+    _renew_surveys(connection, surveys)
+    if not sections:
+        return
+    among = {"among": json.dumps([*sections])}
+    rows = connection.execute(select(SECTION.c.id, SECTION.c.lot).where(is_among(SECTION.c.key)), among).all()
+    changed = {row.id for row in rows}
+    connection.execute(delete(SECTION_LOOK).where(is_among(SECTION_LOOK.c.section)), {"among": json.dumps([*changed])})
+    for lot in {row.lot for row in rows}:
+        present = [each for each in sections_of(connection, lot) if each.id in changed]
+        of_lot = connection.execute(_ASKED.where(SURVEY.c.lot == lot)).mappings().all() if present else ()
+        for row in of_lot:
+            _keep(connection, row, present)
+
+
+def _renew_surveys(connection: Connection, surveys: Collection[int]) -> None:
+    for seq in surveys:
+        connection.execute(delete(SECTION_LOOK).where(SECTION_LOOK.c.survey == seq))
+        row = connection.execute(_ASKED.where(SURVEY.c.seq == seq)).mappings().first()
+        if row is not None and row["lot"] is not None:
+            _keep(connection, row, sections_of(connection, row["lot"]))
+
+
+def _keep(connection: Connection, row: RowMapping, sections: Sequence[LayoutSection]) -> None:
+    """Store what a survey saw of sections of its lot."""
+    whole = [each for each in sections if each.outline]
+    move = _move_of(connection, row) if whole else None
+    if move is None or is_damaged(connection, "survey", row["seq"]):
+        return
+    try:
+        seen = _seen(row, move)
+    except LotStoreError as error:
+        _LOG.warning("survey %s is passed over: %s", row["seq"], error)
+        return
+    looks = [look for each in whole if (look := _look(row, seen, each)) is not None]
+    if looks:
+        connection.execute(insert(SECTION_LOOK).prefix_with("OR REPLACE"), looks)
+
+
+def _move_of(connection: Connection, row: RowMapping) -> Move | None:
+    """Return the move that brings a survey onto its lot's frame; None where it is not known.
+
+    In a lot without stalls no survey can be registered: its receiver says where it lies.
+    """
+    if row["placed"] in PLACED and row["north"] is not None:
+        return Move(row["north"], row["east"], row["turn"])
+    stalls = select(STALL.c.key).where(in_plan(STALL.c, row["lot"])).limit(1)
+    if row["placed"] != Placed.UNREGISTERED or connection.execute(stalls).first() is not None:
+        return None
+    return frame_of(datum_of(connection, row["lot"]), (row["latitude"], row["longitude"]))
+
+
+def _seen(row: RowMapping, move: Move) -> _Seen:
+    """Return what a survey saw. Raises LotStoreError."""
+    stalls, vehicles = unpack_stalls(row["stalls"]), unpack_vehicles(row["vehicles"])
+    taken = [each for each in stalls if each.state is StallState.TAKEN]
+    unknown = [each for each in stalls if each.state is StallState.UNKNOWN]
+    shapes = shapes_of(taken if vehicles is None else vehicles)
+    found = [(each.taken_probability, each.looked_at) for each in taken]
+    if vehicles is not None:
+        found = [(each.probability, each.looked_at) for each in vehicles]
+    outline = unpack_outline(row["seen_ground"])
+    if not outline.polygons:
+        outline = outline_of(row["outline"])
+    ground = move.ground(ground_about((row["latitude"], row["longitude"]), outline))
+    values = np.array(found, np.float64).reshape(-1, 2)
+    source: Source = "stalls" if vehicles is None else "vehicles"
+    unsure = _moved(shapes_of(unknown), move)
+    return _Seen(source, _moved(shapes, move), values[:, 0], values[:, 1], unsure, ground)
+
+
+def _moved(shapes: Floats, move: Move) -> Floats:
+    found = shapes.copy()
+    found[:, :2] = move.of(shapes[:, :2])
+    found[:, 2] += move.turn
+    return found
+
+
+def _look(row: RowMapping, seen: _Seen, section: LayoutSection) -> dict[str, Any] | None:
+    """Return the row of a survey's look at a section; None where it saw next to nothing of it."""
+    area = shapely.Polygon(section.outline)
+    seen_part = shapely.intersection(area, seen.ground)
+    seen_share = float(seen_part.area / area.area)
+    if seen_share < LEAST_SEEN:
+        return None
+    hidden = shapely.union_all(geometry.polygons(seen.unknown)) if len(seen.unknown) else shapely.Polygon()
+    hidden_share = float(shapely.intersection(seen_part, hidden).area / area.area)
+    is_in = inside(section.outline, seen.shapes[:, :2])
+    sight = Sight(seen.source, seen.shapes[is_in], seen.probabilities[is_in], hidden_share, seen_share)
+    shares = {"hidden_share": round(hidden_share, 4), "seen_share": round(seen_share, 4)}
+    looked_at = float(seen.moments[is_in].max()) if is_in.any() else float(row["ended"])
+    named = {"survey": row["seq"], "section": section.id, "looked_at": looked_at, "source": seen.source}
+    return {**named, **asdict(count_of(section, sight)), **shares}
