@@ -1,5 +1,5 @@
-"""Surveys as GeoPackage (OGC 12-128r18), written by SQLite itself: a layer of the lot, one of stalls, and a table of
-the survey.
+"""Surveys as GeoPackage (OGC 12-128r18), written by SQLite itself: a layer of the lot, one of stalls, one of
+sections where there are some, and a table of the survey.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hawk.exports.shapes import lot_shape, stall_shapes
 from hawk.exports.text_files import about_survey
-from hawk.exports.values import ExportRecord, Observation
+from hawk.exports.values import ExportRecord, Observation, SeenSection
 from hawk.lots.values import utc
 
 _WGS84: Final = 4326
@@ -50,12 +50,19 @@ _STALL_COLUMNS: Final = {
     "taken_probability": "REAL", "observed": "DATETIME", "picture_count": "INTEGER", "width_m": "REAL",
     "length_m": "REAL", "direction_deg": "REAL", "confirmed": "BOOLEAN",
 }  # fmt: skip
+_SECTION_COLUMNS: Final = {
+    "section_id": "TEXT", "lot_id": "TEXT", "survey_id": "TEXT", "name": "TEXT", "kind": "TEXT", "note": "TEXT",
+    "capacity": "INTEGER", "capacity_given": "BOOLEAN", "source": "TEXT", "parked": "INTEGER", "least": "INTEGER",
+    "most": "INTEGER", "occupancy": "REAL", "room": "INTEGER", "hidden_share": "REAL", "seen_share": "REAL",
+    "observed": "DATETIME",
+}  # fmt: skip
 _LOT_COLUMNS: Final = {"lot_id": "TEXT", "name": "TEXT"}
 _SURVEY_TYPES: Final = {bool: "BOOLEAN", int: "INTEGER", float: "REAL"}
 
 
 def surveys_gpkg(surveys: Sequence[ExportRecord]) -> bytes:
-    """Return surveys as one GeoPackage: the layers ``lots`` and ``stalls``, and the table ``surveys``.
+    """Return surveys as one GeoPackage: the layers ``lots`` and ``stalls``, ``sections`` where the lots have some, and
+    the table ``surveys``.
 
     The stalls of all surveys are in one layer, distinguished by ``survey_id``; a lot is there once.
     """
@@ -88,6 +95,12 @@ def _write(connection: sqlite3.Connection, surveys: Sequence[ExportRecord]) -> N
     at = [number[id(stall.corners)] for stall in every]
     rows = [_row(survey, stall) for survey in surveys for stall in survey.stalls]
     _layer(connection, "stalls", "POLYGON", _STALL_COLUMNS, stalls, rows, changed, at)
+    sections = [(survey, each) for survey in surveys for each in survey.sections]
+    if sections:
+        rings = [[(longitude, latitude) for latitude, longitude in each.ring] for _, each in sections]
+        grounds = np.array([shapely.Polygon(ring) for ring in rings], np.object_)
+        values = [_section_row(*each) for each in sections]
+        _layer(connection, "sections", "POLYGON", _SECTION_COLUMNS, grounds, values, changed)
     _table(connection, [about_survey(survey) for survey in surveys], changed)
 
 
@@ -97,6 +110,15 @@ def _row(survey: ExportRecord, stall: Observation) -> list[Any]:
         stall.id, survey.lot_id, survey.survey, stall.label, stall.kind or "normal", stall.state,
         stall.taken_probability, looked, stall.picture_count, stall.width, stall.length,
         stall.direction, stall.is_confirmed,
+    ]  # fmt: skip
+
+
+def _section_row(survey: ExportRecord, seen: SeenSection) -> list[Any]:
+    section, look = seen.section, seen.look
+    return [
+        section.id, survey.lot_id, survey.survey, section.name, section.kind, section.note, section.capacity,
+        section.is_capacity_given, look.source, look.parked, look.least, look.most, look.occupancy, look.room,
+        look.hidden_share, look.seen_share, utc(look.observed.timestamp()).replace("Z", ".000Z"),
     ]  # fmt: skip
 
 

@@ -10,14 +10,15 @@ from typing import Final, NamedTuple
 import numpy as np
 from sqlalchemy import Connection, RowMapping, select
 
-from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation
+from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation, SeenSection
 from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import stalls_in
 from hawk.lots.plan.values import LayoutStall, shapes_of
-from hawk.lots.registration.georeference import corners_on_earth, on_earth
+from hawk.lots.registration.georeference import corners_on_earth, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import datum_accuracy, datum_of
 from hawk.lots.schema import LOT, OBSERVATION, SURVEY
+from hawk.lots.section_lists import seen_by
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.order import is_sure, oldest_first
@@ -98,6 +99,10 @@ def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecor
         doubt="" if is_placed else f"{row['placed']}: its place among the lot's stalls is not certain",
         blurred=row["blurred"],
         pictures=PictureSource.read(row),
+        sections=tuple(
+            SeenSection(section, look, ring_on_earth(lot.datum, np.array(section.outline)))
+            for section, look in seen_by(connection, int(row["seq"]))
+        ),
     )
 
 

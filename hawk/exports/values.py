@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from hawk.lots.survey.source import PictureSource
 from hawk.lots.values import UTC_NAME
 from hawk.model.plans import Outline
+
+if TYPE_CHECKING:
+    from hawk.lots.answers import SectionLook
+    from hawk.lots.plan.values import PlanSection
 
 LatLon = tuple[float, float]
 """Degrees, WGS-84: latitude, longitude."""
@@ -45,6 +49,15 @@ class Observation:
 
 
 @dataclass(frozen=True, slots=True)
+class SeenSection:
+    """A section of the lot's plan with a survey's look at it; ``ring``: corners on Earth, (latitude, longitude)."""
+
+    section: PlanSection
+    look: SectionLook
+    ring: tuple[LatLon, ...] = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class ExportRecord:
     """One survey of a lot.
 
@@ -53,7 +66,7 @@ class ExportRecord:
     that of the lot. ``doubt``: why the survey is not registered: its stalls are as it found them then, without ids and
     labels of the lot. ``software``: the program and its network. ``origin``: the lot's datum. ``blurred``: number of
     its stalls that only blurred pictures showed; None: not measured. ``pictures``: its source, None for one that hawk
-    flew. ``time_zone``: name of the lot's.
+    flew. ``time_zone``: name of the lot's. ``sections``: those of the present plan that it looked at.
     """
 
     lot: str
@@ -74,6 +87,7 @@ class ExportRecord:
     blurred: int | None = None
     pictures: PictureSource | None = None
     time_zone: str = UTC_NAME
+    sections: tuple[SeenSection, ...] = ()
 
     def count(self, state: str) -> int:
         """Return the number of stalls in a state."""

@@ -215,6 +215,21 @@ class SectionLook(Shown):
     seen_share: Annotated[Share, Field(description="ground of the section that was seen")]
 
 
+class VehicleCounts(Shown):
+    """Vehicles of a survey by the ground that they stand on, each counted once; null where that is not known.
+
+    `vehicles`: all of them, null where the network knows none. `beside`: on the lot's ground, on no stall and in no
+    section: in an aisle, on hatching.
+    """
+
+    survey: Id
+    vehicles: Count | None
+    on_stalls: Count | None = None
+    in_sections: Count | None = None
+    beside: Count | None = None
+    elsewhere: Count | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True, config=ANSWER)
 class ListedSection(PlanSection):
     """A section of a plan with its place on Earth and the newest look at it; null where no survey looked."""

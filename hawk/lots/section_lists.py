@@ -9,7 +9,8 @@ from sqlalchemy import Connection, Row, select, true
 from hawk.lots.answers import ListedSection, SectionList, SectionLook, SectionLookList
 from hawk.lots.lists import Asked, part_of, places_on_earth
 from hawk.lots.outlines import ring_of
-from hawk.lots.plan.queries import in_plan
+from hawk.lots.plan.queries import in_plan, sections_of
+from hawk.lots.plan.values import PlanSection
 from hawk.lots.queries import lot_row, survey_row
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import SECTION, SECTION_LOOK, SURVEY
@@ -57,6 +58,14 @@ def looks(connection: Connection, survey_id: str, asked: Asked) -> SectionLookLi
     is_behind = true() if asked.after is None else SECTION_LOOK.c.section > asked.after
     rows = _LOOKS.where(SECTION_LOOK.c.survey == seq, is_behind).order_by(SECTION_LOOK.c.section)
     return part_of(SectionLookList, connection, rows, asked, _shown, lambda row: str(row.section))
+
+
+def seen_by(connection: Connection, seq: int) -> list[tuple[PlanSection, SectionLook]]:
+    """Return the sections that a survey, by its number, looked at, by their names, with its looks."""
+    rows = connection.execute(_LOOKS.where(SECTION_LOOK.c.survey == seq)).all()
+    looks = {row.section: _shown(row) for row in rows}
+    lot = connection.execute(select(SURVEY.c.lot).where(SURVEY.c.seq == seq)).scalar_one()
+    return [(each, looks[each.id]) for each in sections_of(connection, lot) if each.id in looks and each.outline]
 
 
 def _shown(row: Row[Any]) -> SectionLook:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
@@ -83,7 +83,7 @@ def _renew_surveys(connection: Connection, surveys: Collection[int]) -> None:
 def _keep(connection: Connection, row: RowMapping, sections: Sequence[LayoutSection]) -> None:
     """Store what a survey saw of sections of its lot."""
     whole = [each for each in sections if each.outline]
-    move = _move_of(connection, row) if whole else None
+    move = move_of_survey(connection, row) if whole else None
     if move is None or is_damaged(connection, "survey", row["seq"]):
         return
     try:
@@ -96,7 +96,7 @@ def _keep(connection: Connection, row: RowMapping, sections: Sequence[LayoutSect
         connection.execute(insert(SECTION_LOOK).prefix_with("OR REPLACE"), looks)
 
 
-def _move_of(connection: Connection, row: RowMapping) -> Move | None:
+def move_of_survey(connection: Connection, row: Mapping[str, Any] | RowMapping) -> Move | None:
     """Return the move that brings a survey onto its lot's frame; None where it is not known.
 
     In a lot without stalls no survey can be registered: its receiver says where it lies.
@@ -124,11 +124,12 @@ def _seen(row: RowMapping, move: Move) -> _Seen:
     ground = move.ground(ground_about((row["latitude"], row["longitude"]), outline))
     values = np.array(found, np.float64).reshape(-1, 2)
     source: Source = "stalls" if vehicles is None else "vehicles"
-    unsure = _moved(shapes_of(unknown), move)
-    return _Seen(source, _moved(shapes, move), values[:, 0], values[:, 1], unsure, ground)
+    unsure = moved_shapes(shapes_of(unknown), move)
+    return _Seen(source, moved_shapes(shapes, move), values[:, 0], values[:, 1], unsure, ground)
 
 
-def _moved(shapes: Floats, move: Move) -> Floats:
+def moved_shapes(shapes: Floats, move: Move) -> Floats:
+    """Return shapes (N, 5) after a move."""
     found = shapes.copy()
     found[:, :2] = move.of(shapes[:, :2])
     found[:, 2] += move.turn

@@ -21,6 +21,7 @@ from hawk.lots.schema import SURVEY
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import UTC_NAME, Placed
+from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.report.options import Form, Kind, Wanted
 from hawk.runtime.late import late_functions
 from hawk.stats import queries as uses
@@ -99,6 +100,11 @@ def sections(connection: Connection, asked: Request[forms.Listed]) -> Answer:
 def sections_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return what a survey saw of the sections of its lot."""
     return _listed(section_lists.looks(connection, asked.id, _part(asked.query)))
+
+
+def vehicles_of_survey(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return how many vehicles of a survey stand where."""
+    return Answer(vehicle_counts(connection, asked.id))
 
 
 def stalls(connection: Connection, asked: Request[forms.Stalls]) -> Answer:

@@ -158,6 +158,8 @@ _READS: Final = (
           reads.observations_of_survey, lots.ObservationList, parameters.Listed),
     _read("/surveys/{id}/sections", "survey_sections", "Looks of a survey at the sections of its lot", SURVEYS,
           reads.sections_of_survey, lots.SectionLookList, parameters.Listed),
+    _read("/surveys/{id}/vehicles", "survey_vehicles", "Vehicles of a survey by the ground that they stand on", SURVEYS,
+          reads.vehicles_of_survey, lots.VehicleCounts),
     *_of_lot(False),
 )  # fmt: skip
 

@@ -88,3 +88,22 @@ def test_a_lot_without_an_outline_and_a_survey_of_nothing_are_files_too(stored: 
     data = surveys_gpkg([empty])
     assert rows(data, tmp_path / "a.gpkg", "SELECT min_x FROM gpkg_contents") == [(None,), (None,), (None,)]
     assert rows(surveys_gpkg([]), tmp_path / "b.gpkg", "SELECT count(*) FROM stalls") == [(0,)]
+
+
+@pytest.mark.slow
+def test_sections_are_a_layer_of_their_own_with_the_look_of_each_survey(stored: Stored, tmp_path: Path) -> None:
+    assert stored.read().sections == ()
+    ring = [[-3.0, -1.3], [-3.0, 23.7], [3.0, 23.7], [3.0, -1.3]]
+    section = {"do": "draw_section", "name": NAME, "outline": ring, "kind": "across", "note": "permit"}
+    stored.edit(section)
+    survey = stored.read()
+    (seen,) = survey.sections
+    inside = sum(stall.state == "taken" and stall.label.startswith("A ") for stall in survey.stalls[:10])
+    asked = (
+        "SELECT name, kind, note, capacity, capacity_given, source, parked, occupancy, geom, survey_id FROM sections"
+    )
+    ((*values, blob, by),) = rows(surveys_gpkg([survey]), tmp_path / "a.gpkg", asked)
+    assert values == [NAME, "across", "permit", 10, 0, "stalls", inside, inside / 10]
+    assert by == survey.survey
+    shape = shapely.from_wkb(blob[8:])
+    assert shape.exterior.coords[0][::-1] == pytest.approx(seen.ring[0], abs=1e-12)

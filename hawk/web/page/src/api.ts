@@ -998,6 +998,16 @@ export interface Use {
   turnover: Turnover;
 }
 
+/** Vehicles of a survey by the ground that they stand on, each counted once; null where that is not known. */
+export interface VehicleCounts {
+  survey: string;
+  vehicles: number | null;
+  on_stalls: number | null;
+  in_sections: number | null;
+  beside: number | null;
+  elsewhere: number | null;
+}
+
 /** An area of a plan: one without stalls, or one that statistics count by itself, for a kind of stalls. */
 export interface Zone {
   id: string;

@@ -19,6 +19,7 @@ from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database, copy
 from hawk.lots.storage.erasure import emptied, erase_rows, found_lot, found_survey
 from hawk.lots.values import FinishedSurvey, Placed, VehicleDetection, unpack_vehicles
+from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.model.lot_map import StallState
 from hawk.model.vehicles import VehicleKind
 from tests.unit.lots.plan.plans import FAST, NOW, Person
@@ -158,6 +159,24 @@ def test_a_section_that_no_survey_saw_has_no_look(ann: Person) -> None:
     drawn(ann, line=[[500.0, 0.0], [500.0, 44.0]])
     assert looks(ann) == []
     assert newest(ann) is None
+
+
+def test_vehicles_are_counted_by_their_ground_and_none_is_shown(ann: Person) -> None:
+    """Three stand at the kerb, one on the first stall, one in the aisle between the rows, one far off."""
+    drawn(ann)
+    with ann.store.writing() as connection:
+        cars = [vehicle(n, 10.8, east) for n, east in enumerate([3.0, 20.0, 30.0], 1)]
+        first = ann.stalls()["A 1"]
+        cars.append(replace(vehicle(4, first["north"], first["east"]), angle=0.0))
+        cars += [vehicle(5, -4.6, 20.0), vehicle(6, 300.0, 0.0)]
+        saved = save(connection, replace(survey(), vehicles=tuple(cars)))
+    with ann.store.reading() as connection:
+        found = vehicle_counts(connection, saved.survey)
+    assert (found.vehicles, found.on_stalls, found.in_sections, found.beside, found.elsewhere) == (6, 1, 3, 1, 1)
+    with ann.store.writing() as connection:
+        unknown = save(connection, survey())
+    with ann.store.reading() as connection:
+        assert vehicle_counts(connection, unknown.survey).model_dump(exclude={"survey"}, exclude_none=True) == {}
 
 
 @pytest.mark.fault("a section's ring, or a survey's vehicles, are damaged on the disk", "passed over; all others count")
