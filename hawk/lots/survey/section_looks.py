@@ -1,6 +1,6 @@
 """Looks of surveys at the sections of their lots, made from the vehicles or the stalls that the surveys keep.
 
-They follow from other rows, and are made anew whenever a survey is stored or placed, or a section begins or changes. A
+They follow from other rows, and are made again whenever a survey is stored or placed, or a section begins or changes. A
 survey, or a section, that is damaged is passed over.
 """
 
@@ -44,7 +44,7 @@ _LOG = logging.getLogger(__name__)
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    """What a survey saw, in its lot's frame: vehicles or taken stalls with their probabilities and moments, unknown
+    """Sight of a survey, in its lot's frame: vehicles or taken stalls with their probabilities and moments, unknown
     stalls, and the ground.
     """
 
@@ -57,7 +57,7 @@ class _Seen:
 
 
 def renew(connection: Connection, surveys: Collection[int] = (), sections: Collection[int] = ()) -> None:
-    """Make the looks of surveys, by number, and the looks at sections, by key, anew."""
+    """Make the looks of surveys, by number, and the looks at sections, by key, again."""
     _renew_surveys(connection, surveys)
     if not sections:
         return

@@ -1,4 +1,4 @@
-"""Looks of surveys at sections: made with a survey, anew with its place or a section, and gone with either."""
+"""Looks of surveys at sections: made with a survey, again with its place or a section, and gone with either."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_a_section_that_is_drawn_counts_the_vehicles_of_the_surveys_before(ann: 
     assert newest(ann) == look
 
 
-def test_more_than_the_capacity_is_told_and_without_one_the_count_alone(ann: Person) -> None:
+def test_more_than_the_capacity_is_shown_and_without_one_the_count_alone(ann: Person) -> None:
     section = drawn(ann, capacity=2)
     assert looks(ann)[0]["occupancy"] == 1.5
     ann.do("change_section", section=section, kind="", capacity=None)
