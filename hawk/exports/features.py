@@ -1,4 +1,5 @@
-"""Lots, stalls and surveys of a store as GeoJSON features (RFC 7946), for map programs: chosen by place and time.
+"""Lots, stalls, sections and surveys of a store as GeoJSON features (RFC 7946), for map programs: chosen by place and
+time.
 
 Stalls are those of the present plans, each with its last look. Places are WGS-84, longitude first.
 """
@@ -17,6 +18,8 @@ from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
 from hawk.exports.answers import Feature, Geometry
 from hawk.exports.shapes import lot_shape
+from hawk.lots import section_lists
+from hawk.lots.answers import ListedSection
 from hawk.lots.outlines import Rings, outline_of_rings, rings_of
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import datum_of
@@ -289,6 +292,50 @@ def _stall(row: Row[Any], ring: Floats) -> Feature:
     }  # fmt: skip
     shape = Geometry(type="Polygon", coordinates=[ring.tolist()])
     return Feature(type="Feature", id=row.id, geometry=shape, properties=properties)
+
+
+def sections(connection: Connection, choice: Choice) -> Found:
+    """Return the sections of all plans, lot by lot, with the newest look at each, whose time is the section's."""
+    of_lots = select(LOT.c.id).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made, LOT.c.id)
+    found = []
+    for lot in connection.execute(of_lots).scalars():
+        for section in section_lists.sections_with_looks(connection, lot):
+            feature = _section(lot, section)
+            if _is_chosen(section, feature, choice):
+                found.append(feature)
+    return Found(found[choice.offset : choice.offset + choice.limit], len(found))
+
+
+def _section(lot: str, section: ListedSection) -> Feature:
+    look = section.look
+    ring = shapely.Polygon([(longitude, latitude) for latitude, longitude in section.ground])
+    shape = shapely.geometry.polygon.orient(ring)
+    properties = {
+        "lot": lot, "name": section.name, "kind": section.kind, "note": section.note, "length_m": section.length_m,
+        "capacity": section.capacity, "capacity_given": section.is_capacity_given,
+        **{name: None if look is None else getattr(look, name) for name in _OF_LOOK},
+        "observed": None if look is None else utc(look.observed.timestamp()),
+    }  # fmt: skip
+    corners = [[longitude, latitude] for longitude, latitude in shape.exterior.coords]
+    return Feature(
+        type="Feature", id=section.id, geometry=Geometry(type="Polygon", coordinates=[corners]), properties=properties
+    )
+
+
+_OF_LOOK: Final = ("source", "parked", "least", "most", "occupancy", "room", "hidden_share", "seen_share", "survey")
+
+
+def _is_chosen(section: ListedSection, feature: Feature, choice: Choice) -> bool:
+    if choice.ids is not None and section.id not in choice.ids:
+        return False
+    if choice.begin is not None or choice.end is not None:
+        at = None if section.look is None else section.look.observed.timestamp()
+        if at is None or at < (choice.begin or at) or at > (at if choice.end is None else choice.end):
+            return False
+    if choice.box is None or feature.geometry is None:
+        return True
+    corners = np.array(feature.geometry.coordinates[0])
+    return bool(choice.box.meets(np.concatenate([corners.min(axis=0), corners.max(axis=0)])[None]).any())
 
 
 def _among(column: ColumnElement[str], choice: Choice) -> list[ColumnElement[bool]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any, Final
 
 from sqlalchemy import Connection, Row, select, true
@@ -13,6 +14,7 @@ from hawk.lots.plan.queries import in_plan, sections_of
 from hawk.lots.plan.values import PlanSection
 from hawk.lots.queries import lot_row, survey_row
 from hawk.lots.registration.survey_place import datum_of
+from hawk.lots.rows import readable
 from hawk.lots.schema import SECTION, SECTION_LOOK, SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import moment
@@ -38,18 +40,25 @@ def sections(connection: Connection, lot_id: str, asked: Asked) -> SectionList:
     lot_row(connection, lot_id)
     is_behind = true() if asked.after is None else SECTION.c.id > asked.after
     rows = select(SECTION).where(in_plan(SECTION.c, lot_id), is_behind).order_by(SECTION.c.id)
-    datum = datum_of(connection, lot_id)
-
-    def shown(row: Row[Any]) -> ListedSection:
-        ring = ring_of(row.outline)
-        newest = _LOOKS.where(SECTION_LOOK.c.section == row.id, SURVEY.c.lot == lot_id).order_by(*newest_first())
-        look = connection.execute(newest.limit(1)).first()
-        return ListedSection(
-            **{name: row._mapping[name] for name in _SAID}, outline=ring, ground=places_on_earth(datum, ring),
-            look=None if look is None else _shown(look),
-        )  # fmt: skip
-
+    shown = partial(_with_look, connection, datum_of(connection, lot_id))
     return part_of(SectionList, connection, rows, asked, shown, lambda row: str(row.id))
+
+
+def sections_with_looks(connection: Connection, lot: str) -> list[ListedSection]:
+    """Return the sections of a lot's plan with the newest look at each, by their ids, without damaged ones."""
+    rows = connection.execute(select(SECTION).where(in_plan(SECTION.c, lot)).order_by(SECTION.c.id)).all()
+    found = readable(partial(_with_look, connection, datum_of(connection, lot)), rows)
+    return [each for each in found if each.outline]
+
+
+def _with_look(connection: Connection, datum: tuple[float, float], row: Row[Any]) -> ListedSection:
+    ring = ring_of(row.outline)
+    newest = _LOOKS.where(SECTION_LOOK.c.section == row.id, SURVEY.c.lot == row.lot).order_by(*newest_first())
+    look = connection.execute(newest.limit(1)).first()
+    return ListedSection(
+        **{name: row._mapping[name] for name in _SAID}, outline=ring, ground=places_on_earth(datum, ring),
+        look=None if look is None else _shown(look),
+    )  # fmt: skip
 
 
 def looks(connection: Connection, survey_id: str, asked: Asked) -> SectionLookList:

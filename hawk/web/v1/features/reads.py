@@ -1,4 +1,5 @@
-"""OGC API Features, Part 1: Core (OGC 17-069r4), read only: lots, stalls and surveys for QGIS, GDAL and their like.
+"""OGC API Features, Part 1: Core (OGC 17-069r4), read only: lots, stalls, sections and surveys for QGIS, GDAL and
+their like.
 
 Kept are the classes Core and GeoJSON. The API definition is OpenAPI 3.1, for which the standard has no class yet.
 A thread of the store loads this module, and SQLAlchemy with it (`hawk.runtime.late`).
@@ -39,11 +40,14 @@ CLASSES: Final = tuple(f"http://www.opengis.net/spec/ogcapi-features-1/1.0/conf/
 _TEXTS: Final[Mapping[str, tuple[str, str]]] = {
     "lots": ("Parking lots", "Lots with the counts of their last survey"),
     "stalls": ("Stalls", "Stalls of the lots' plans, free, taken or unknown at the last look at each"),
+    "sections": ("Sections", "Sections of the lots' plans with the count of the last look at each"),
     "surveys": ("Surveys", "Flights over lots: the ground that each mapped, and its counts"),
 }
 """Collections: title and description."""
 COLLECTIONS: Final = tuple(_TEXTS)
 """Names of the collections."""
+_ALONE: Final = "sections"
+"""Collection whose features the API shows within a list alone."""
 _LISTS: Final = {"lots": "/lots", "surveys": "/surveys"}
 """Collections that are a list of the API, too."""
 
@@ -56,9 +60,9 @@ def landing(_: Connection, asked: Request[Query]) -> Answer:
         _link(f"{here}/openapi.json", "service-desc", OPENAPI, "The API's definition"),
         _link(f"{asked.base}/docs/api.html", "service-doc", "text/html", "The API's description"),
         _link(f"{here}{FEATURES}/conformance", "conformance", JSON, "Classes of the standard"),
-        _link(f"{here}{FEATURES}/collections", "data", JSON, "Lots, stalls and surveys"),
+        _link(f"{here}{FEATURES}/collections", "data", JSON, "Lots, stalls, sections and surveys"),
     ]
-    words = "Parking lots that drones have surveyed: lots, stalls and surveys."
+    words = "Parking lots that drones have surveyed: lots, stalls, sections and surveys."
     return Answer(Landing(title="hawk", description=words, links=links))
 
 
@@ -132,8 +136,9 @@ def item(connection: Connection, asked: Request[Query]) -> Answer:
     links = [
         _link(f"{_address(asked, name)}/items/{asked.id}", "self", GEOJSON, "This feature"),
         _link(_address(asked, name), "collection", JSON, _TEXTS[name][0]),
-        _link(f"{asked.base}{ROOT}/{name}/{asked.id}", "alternate", JSON, "As the API shows it"),
     ]
+    if name != _ALONE:
+        links.append(_link(f"{asked.base}{ROOT}/{name}/{asked.id}", "alternate", JSON, "As the API shows it"))
     return Answer(LinkedFeature(**dict(found.features[0]), links=links), content_type=GEOJSON)
 
 

