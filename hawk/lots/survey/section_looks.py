@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
@@ -15,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
-from sqlalchemy import Connection, RowMapping, delete, insert, select
+from sqlalchemy import Connection, Row, RowMapping, delete, insert, select
 
 from hawk.lots.outlines import outline_of, unpack_outline
 from hawk.lots.plan import geometry
@@ -39,6 +40,9 @@ _READ: Final = (
     "stalls", "vehicles",
 )  # fmt: skip
 _ASKED: Final = select(*(SURVEY.c[name] for name in _READ)).order_by(SURVEY.c.seq)
+_TOUCHED: Final = select(*(SECTION.c[name] for name in ("id", "lot", "ends", "outline", "kind", "capacity"))).where(
+    is_among(SECTION.c.key)
+)
 _LOG = logging.getLogger(__name__)
 
 
@@ -61,15 +65,29 @@ def renew(connection: Connection, surveys: Collection[int] = (), sections: Colle
     _renew_surveys(connection, surveys)
     if not sections:
         return
-    among = {"among": json.dumps([*sections])}
-    rows = connection.execute(select(SECTION.c.id, SECTION.c.lot).where(is_among(SECTION.c.key)), among).all()
-    changed = {row.id for row in rows}
+    rows = connection.execute(_TOUCHED, {"among": json.dumps([*sections])}).all()
+    changed = {row.id for row in rows} - _as_before(connection, rows)
     connection.execute(delete(SECTION_LOOK).where(is_among(SECTION_LOOK.c.section)), {"among": json.dumps([*changed])})
-    for lot in {row.lot for row in rows}:
+    for lot in {touched.lot for touched in rows if touched.id in changed}:
         present = [each for each in sections_of(connection, lot) if each.id in changed]
         of_lot = connection.execute(_ASKED.where(SURVEY.c.lot == lot)).mappings().all() if present else ()
         for row in of_lot:
             _keep(connection, row, present)
+
+
+def _as_before(connection: Connection, rows: Sequence[Row[Any]]) -> set[str]:
+    """Return the ids of sections whose looks stay: they end and begin with all that a count follows from, as with
+    another name. ``rows``: as of `_TOUCHED`.
+    """
+    versions: dict[str, list[Row[Any]]] = defaultdict(list)
+    for row in rows:
+        versions[row.id].append(row)
+    alike = {
+        section for section, each in versions.items()
+        if len(each) > 1 and len({tuple(row[3:]) for row in each}) == 1 and None in [row.ends for row in each]
+    }  # fmt: skip
+    asked = select(SECTION_LOOK.c.section).where(is_among(SECTION_LOOK.c.section)).distinct()
+    return {*connection.execute(asked, {"among": json.dumps([*alike])}).scalars()}
 
 
 def _renew_surveys(connection: Connection, surveys: Collection[int]) -> None:
@@ -82,9 +100,9 @@ def _renew_surveys(connection: Connection, surveys: Collection[int]) -> None:
 
 def _keep(connection: Connection, row: RowMapping, sections: Sequence[LayoutSection]) -> None:
     """Store what a survey saw of sections of its lot."""
-    whole = [each for each in sections if each.outline]
+    whole = [each for each in sections if each.outline and shapely.Polygon(each.outline).is_valid]
     move = move_of_survey(connection, row) if whole else None
-    if move is None or is_damaged(connection, "survey", row["seq"]):
+    if move is None or is_damaged(connection, "survey", row["seq"]) or is_damaged(connection, "lot", row["lot"]):
         return
     try:
         seen = _seen(row, move)

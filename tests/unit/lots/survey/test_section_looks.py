@@ -123,6 +123,41 @@ def test_undo_takes_looks_back_and_redo_makes_them_again(ann: Person) -> None:
     assert looks(ann) == before
 
 
+def test_another_name_keeps_the_looks_and_another_capacity_counts_again(
+    ann: Person, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The survey's vehicles are damaged meanwhile: who counts again passes it over."""
+    section = drawn(ann)
+    with ann.store.writing() as connection:
+        connection.exec_driver_sql("UPDATE survey SET vehicles = x'00'")
+    ann.do("change_section", section=section, name="Oak Street", note="permit")
+    assert [(each["name"], each["parked"]) for each in looks(ann)] == [("Oak Street", 3)]
+    ann.undo()
+    assert [(each["name"], each["parked"]) for each in looks(ann)] == [("Elm Street", 3)]
+    assert "the vehicles of a survey cannot be read" not in caplog.text
+    ann.do("change_section", section=section, capacity=4)
+    assert looks(ann) == []
+    assert "the vehicles of a survey cannot be read" in caplog.text
+
+
+def test_a_section_that_was_renamed_and_removed_has_its_looks_after_the_undo_of_the_edit(ann: Person) -> None:
+    section = drawn(ann)
+    ann.close()
+    before = looks(ann)
+    ann.open()
+    ann.do("change_section", section=section, note="permit")
+    ann.do("remove_section", section=section)
+    changed = ann.close()
+    assert looks(ann) == []
+    ann.undo_change(changed["seq"])
+    assert looks(ann) == before
+    ann.open()
+    ann.do("draw_section", **{**KERB, "name": "Oak Street"})
+    ann.do("change_section", section=section, note="loading")
+    ann.undo_change(ann.close()["seq"])
+    assert looks(ann) == before
+
+
 def test_a_survey_that_is_deleted_has_no_look_until_that_is_undone(ann: Person) -> None:
     drawn(ann)
     ann.close()
@@ -177,6 +212,18 @@ def test_vehicles_are_counted_by_their_ground_and_none_is_shown(ann: Person) -> 
         unknown = save(connection, survey())
     with ann.store.reading() as connection:
         assert vehicle_counts(connection, unknown.survey).model_dump(exclude={"survey"}, exclude_none=True) == {}
+
+
+@pytest.mark.parametrize("ring", ["[[0,0],[20,20],[20,0],[0,20]]", "[[0,0],[0,1],[0,2]]"])
+def test_a_ring_on_the_disk_that_is_no_area_stops_no_save(ann: Person, ring: str) -> None:
+    drawn(ann)
+    ann.close()
+    with ann.store.writing() as connection:
+        connection.exec_driver_sql("UPDATE section SET outline = ?", (ring,))
+    with ann.store.writing() as connection:
+        saved = save(connection, with_cars(survey(), [3.0]))
+    assert saved.lot == ann.lot
+    assert looks(ann) == []
 
 
 @pytest.mark.fault("a section's ring, or a survey's vehicles, are damaged on the disk", "passed over; all others count")
