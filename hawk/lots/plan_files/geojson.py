@@ -139,6 +139,9 @@ def _lot(content: dict[str, Any], notes: Notes) -> Drawing:
             shapes.append(shape)
         else:
             notes.add(f"stalls[{number}]", f"{missing}: must be a finite number")
+    sections = content.get("sections")
+    for number, _ in enumerate(sections if isinstance(sections, list) else ()):
+        notes.add(f"sections[{number}]", "is a section: files with sections are not read, draw it")
     found = geometry.polygons(np.array(shapes, np.float64).reshape(-1, 5))
     pose = GlobalPose(float(datum[0]), float(datum[1]), 0.0)
     drawn = []

@@ -252,8 +252,11 @@ def test_the_stalls_of_a_flight_come_back_with_their_labels() -> None:
 def test_the_json_of_a_lot_comes_back_with_its_labels_and_kinds() -> None:
     shape = {"north": 3.0, "east": 4.0, "angle": 0.5, "width": 2.4, "length": 5.1}
     stalls = [{"label": "B 12", "kind": "staff", **shape}, {"label": "B 13", "kind": "", **shape, "north": math.inf}]
-    found = plan(json.dumps({"datum": [52.0, 5.0], "stalls": stalls}).encode())
+    found = plan(json.dumps({"datum": [52.0, 5.0], "stalls": stalls, "sections": [{"name": "Elm Street"}]}).encode())
     (stall,) = found.stalls
     assert (stall.label, stall.kind) == ("B 12", "staff")
     assert (stall.width, stall.length, stall.angle) == pytest.approx((2.4, 5.1, 0.5), abs=1e-3)
-    assert left_out(found) == ["stalls[1]: north: must be a finite number"]
+    assert left_out(found) == [
+        "stalls[1]: north: must be a finite number",
+        "sections[0]: is a section: files with sections are not read, draw it",
+    ]
