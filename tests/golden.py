@@ -1,6 +1,6 @@
 """Results that a test compares with the ones that are checked in.
 
-``HAWK_GOLDEN=write`` writes them anew: read the difference before it is committed.
+``HAWK_GOLDEN=write`` writes them again: read the difference before it is committed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def check_text(path: Path, found: str) -> None:
 
 
 def check_values(path: Path, found: Any, digits: int | None = 4) -> None:
-    """Compare a JSON value with that of a file: numbers of another computer may round the other way.
+    """Compare a JSON value with that of a file: another computer may round a number up that this one rounds down.
 
     ``digits``: decimals that its numbers have at most; None: all.
     """

@@ -28,8 +28,11 @@ from tests.golden import check_text, check_values
 from tests.unit.stats.panels import at, everything, panel
 
 HERE = Path(__file__).parent / "drawn_week"
-FLOWN = [at(hours, days) for days in (0, 1, 2, 7) for hours in (8.1, 8.45, 8.8, 9.3, 9.9, 13.25)]
-"""A quarter of an hour to hours apart, on three days of a week and a Monday after them."""
+FLOWN = [at(hours, days) for days in (0, 1, 2, 3, 6, 7) for hours in (8.1, 8.45, 8.8, 9.3, 9.9, 13.25)]
+"""A quarter of an hour to hours apart, on four days of a week, a Sunday on which nothing was seen, and a Monday."""
+SHARES = (0.35, 0.95, 0.6, 1.0, 0.7, 0.8)
+FULL, BLIND = 3, 4
+"""Days on which every stall is taken, and on which the pictures show none."""
 STALLS, A_ROW, NEW = 60, 20, 50
 KINDS = ("", "", "", "disabled", "charging")
 
@@ -41,9 +44,10 @@ def week() -> Panel:
     taken = rng.random(STALLS) < 0.6
     states, chances, there = [], [], []
     for number in range(len(FLOWN)):
-        taken = np.where(rng.random(STALLS) < 0.25, rng.random(STALLS) < (0.35, 0.95, 0.6, 0.8)[number // 6], taken)
+        day = number // 6
+        taken = np.where(rng.random(STALLS) < (0.25 if day != FULL else 1.0), rng.random(STALLS) < SHARES[day], taken)
         exists = np.arange(STALLS) < (NEW if number < 12 else STALLS)
-        is_seen = (rng.random(STALLS) > 0.1) & exists
+        is_seen = (rng.random(STALLS) > 0.1) & exists & (day != BLIND)
         states.append(np.where(is_seen, np.where(taken, TAKEN, FREE), UNSEEN).tolist())
         sure = 1 - 0.02 * rng.random(STALLS)
         chances.append(np.where(is_seen, np.where(taken, sure, 1 - sure), np.nan))
@@ -77,6 +81,13 @@ def test_a_question_about_a_drawn_week() -> None:
     check_values(HERE / "asked.json", found.model_dump(mode="json", exclude={"cells"}))
     check_text(HERE / "asked.txt", asked_text(found) + "\n")
     check_text(HERE / "asked.csv", asked_csv(found))
+
+
+def test_one_hour_of_a_drawn_week() -> None:
+    found = asked_use(week(), asked_of("wed", "15"))
+    assert found.hours == 1
+    assert found.accumulation.value == pytest.approx((found.occupancy.value or 0.0) * STALLS)
+    check_text(HERE / "hour_of_a_day.txt", asked_text(found) + "\n")
 
 
 def test_the_hours_of_a_drawn_week_as_a_feed() -> None:
