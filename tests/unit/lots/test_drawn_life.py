@@ -137,6 +137,10 @@ def test_changes_of_lots_and_their_undo(life: Life) -> None:
     far = replace(later(survey(stalls=20, seed=9), 3), datum=away, outline=box(-5, -3, 20, 54, away))
     other = life.add(replace(far, seen_ground=box(-9, -9, 20, 70, away)), lambda *_: pytest.fail("it is another lot"))
     found: dict[str, Any] = {}
+    with life.store.writing() as connection:
+        moved = commands.pin(connection, life.lot, {"points": [point(0.0, 0.0, (1.23456, -0.98765))]}, WHO, NOW)
+        commands.undo(connection, moved.seq, NOW)
+    assert (moved.north, moved.east, moved.turn, moved.residual) == (1.235, -0.988, 0.0, 0.0)
     begin = [each["name"] for each in life.lots()]
     outline = [list(corner) for corner in box(-30, -5, 22, 70).polygons[0]]
     turned = [point(0.0, 0.0, (0.8, -0.4)), point(0.0, 50.0, (1.3, 49.7))]
@@ -161,10 +165,36 @@ def test_changes_of_lots_and_their_undo(life: Life) -> None:
 def test_surveys_that_move_and_go(life: Life) -> None:
     second, third = life.add(flown(2)), life.add(flown(3))
     with life.store.writing() as connection:
-        commands.move(connection, third.survey, {"name": "New", "lot": None}, WHO, NOW, None)
+        commands.move(connection, third.survey, {"lot": None}, WHO, NOW, None)
+    assert [each["name"] for each in life.lots()] == ["Lot 1", "Lot 2"]
     life.do(commands.delete, second.survey)
     ahead = life.ask(lambda c: [asdict(each) for each in lots_ahead(c, (52.0001, 5.0))])
     messages = life.ask(lambda c: [[row.kind, row.body] for row in c.execute(select(OUTBOX).order_by(OUTBOX.c.seq))])
     found = {"lots": life.lots(), "rest": life.rest(), "ahead": ahead, "messages": messages}
     check_values(HERE / "moved.json", found, digits=8)
     assert not math.isnan(found["lots"][0]["datum"][0])
+
+
+@pytest.mark.slow
+def test_every_list_read_part_by_part_is_the_whole_one(life: Life) -> None:
+    life.add(flown(2))
+    life.edit({"do": "set_kind", "row": "B", "kind": "bus"}, {"do": "shift", "row": "C", "by": 1})
+    life.do(commands.rename, life.lot, "Yard")
+    reads: list[tuple[Callable[..., Any], dict[str, Any]]] = [
+        (lists.lots, {}), (lists.surveys, {}), (lists.changes, {}), (lists.observations, {"lot_id": life.lot}),
+        (lists.stalls, {"lot_id": life.lot}), (lists.layouts, {"lot_id": life.lot}),
+        (lists.zones, {"lot_id": life.lot}),
+    ]  # fmt: skip
+    with life.store.reading() as connection:
+        for read, more in reads:
+            for newest_first in (False, True) if read in (lists.surveys, lists.observations) else (False,):
+                whole_list = read(connection, asked=Asked(limit=1000, newest_first=newest_first), **more)
+                parts, after = [], None
+                while True:
+                    part = read(connection, asked=Asked(limit=7, after=after, newest_first=newest_first), **more)
+                    parts += part.items
+                    assert len(part.items) <= 7
+                    if (after := part.next) is None:
+                        break
+                assert parts == list(whole_list.items), read.__name__
+                assert whole_list.next is None

@@ -33,20 +33,20 @@ FLOWN = [at(hours, days) for days in (0, 1, 2, 3, 6, 7) for hours in (8.1, 8.45,
 SHARES = (0.35, 0.95, 0.6, 1.0, 0.7, 0.8)
 FULL, BLIND = 3, 4
 """Days on which every stall is taken, and on which the pictures show none."""
-STALLS, A_ROW, NEW = 60, 20, 50
+STALLS, A_ROW, NEW, BEGIN = 60, 20, 50, 14
 KINDS = ("", "", "", "disabled", "charging")
 
 
 @cache
 def week() -> Panel:
-    """Return surveys of cars that come and leave; some stalls are unseen, some are not sure, ten begin on a day."""
+    """Return surveys of cars that come and leave; some stalls are unseen or not sure, ten begin between two surveys."""
     rng = np.random.default_rng(7)
     taken = rng.random(STALLS) < 0.6
     states, chances, there = [], [], []
     for number in range(len(FLOWN)):
         day = number // 6
         taken = np.where(rng.random(STALLS) < (0.25 if day != FULL else 1.0), rng.random(STALLS) < SHARES[day], taken)
-        exists = np.arange(STALLS) < (NEW if number < 12 else STALLS)
+        exists = np.arange(STALLS) < (NEW if number < BEGIN else STALLS)
         is_seen = (rng.random(STALLS) > 0.1) & exists & (day != BLIND)
         states.append(np.where(is_seen, np.where(taken, TAKEN, FREE), UNSEEN).tolist())
         sure = 1 - 0.02 * rng.random(STALLS)
