@@ -13,18 +13,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hawk.exports import ground as ground_room
 from hawk.exports.feeds import ngsi_entities, parkapi, valid_at
 from hawk.exports.formats import FEEDS, Span
 from hawk.exports.geopackage import surveys_gpkg
-from hawk.exports.ground import Ground, occupancy, time_words
+from hawk.exports.ground import Ground, _cropped, lot_picture, occupancy, time_words
 from hawk.exports.kmz import survey_kmz
 from hawk.exports.rasters import plane_of, stac_item, write_rasters
+from hawk.exports.records import found_stalls
 from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.exports.values import ExportRecord, Observation
 from hawk.lots.survey.moments import AHEAD_S
 from hawk.lots.survey.source import Limit, PictureSource, SourceKind
 from hawk.model.plans import Outline
+from hawk.results.map_picture import Caption
 from tests.golden import check_text, check_values
+from tests.unit.lots import surveys
 
 HERE = Path(__file__).parent / "drawn_survey"
 ENDED = 1_770_000_900.25
@@ -172,3 +176,50 @@ def test_an_item_without_an_outline_is_the_ground_of_its_stalls() -> None:
 )
 def test_the_words_of_a_time_that_is_not_sure(survey: ExportRecord, words: str) -> None:
     assert time_words(survey) == words
+
+
+def test_stalls_as_a_survey_found_them_have_no_label_that_a_person_gave() -> None:
+    (found,) = found_stalls([surveys.stall(1)], FLOWN.origin)
+    assert (found.id, found.label, found.kind, found.is_confirmed, found.is_named) == ("1", "", "", False, False)
+    bare = Observation("1", "", "", "free", 0.1, ENDED, 1, (52.0, 5.0), (), 2.5, 5.0, 0.0, is_confirmed=False)
+    assert (bare.score, bare.is_named) == (None, False)
+
+
+def test_a_sheet_is_named_by_its_lot_with_the_doubt(monkeypatch: pytest.MonkeyPatch) -> None:
+    said: list[Caption] = []
+
+    def sheet(picture: object, _metres: float, caption: Caption) -> object:
+        said.append(caption)
+        return picture
+
+    monkeypatch.setattr(ground_room, "sheet", sheet)
+    for survey in (FLOWN, MAPPED):
+        lot_picture(survey, ground())
+    assert [(each.title, each.lines[1]) for each in said] == [
+        ("=Étoile <b>", "hawk-drone 0.4.0, network 1234, survey 11111111"),
+        ("Yard (it may lie beside)", "hawk-drone 0.4.0, network 1234, survey 22222222, simulated"),
+    ]
+    assert [each.value for each in said[0].counts] == ["free", "taken", "unknown"]
+    assert list(said[0].counts.values()) == [1, 2, 2]
+
+
+@pytest.mark.parametrize(
+    ("stall_at", "rows", "columns"),
+    [
+        ((-6.5, 18.0), (15, 45), (40, 70)),  # seen
+        ((6.0, -10.0), (0, 45), (0, 70)),  # at the corner of the picture
+        ((-6.5, 60.0), (15, 45), (40, 70)),  # beyond its right edge
+        ((-6.5, 50.0), (15, 45), (40, 70)),  # at its right edge, where no pixel is
+        ((20.0, 18.0), (15, 45), (40, 70)),  # above it
+    ],
+)
+def test_a_picture_is_cut_to_what_was_seen_and_to_the_stalls_in_it(
+    stall_at: tuple[float, float], rows: tuple[int, int], columns: tuple[int, int]
+) -> None:
+    seen = np.zeros((80, 120), np.uint8)
+    seen[25:35, 50:60] = 255
+    whole = Ground(np.arange(80 * 120 * 3, dtype=np.uint8).reshape(80, 120, 3), seen, 6.0, -10.0, 0.5)
+    part = _cropped(whole, np.array([stall_at]))
+    assert (part.north, part.east, part.metres) == (6.0 - rows[0] * 0.5, -10.0 + columns[0] * 0.5, 0.5)
+    assert part.seen.tolist() == seen[slice(*rows), slice(*columns)].tolist()
+    assert part.image.tolist() == whole.image[slice(*rows), slice(*columns)].tolist()
