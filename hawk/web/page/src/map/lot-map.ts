@@ -4,7 +4,7 @@ import type MapBrowserEvent from "ol/MapBrowserEvent.js";
 import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
-import type { MapChange, MapStore, Stall, TileKey } from "../state/map-store.ts";
+import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
 import type { Layers } from "../state/preferences.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { Background } from "./background.ts";
@@ -14,7 +14,7 @@ import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
-import { type Arrived, type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
+import { type Arrived, type Ground, GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { PlanEditor, type PlanEditorEvents } from "./plan-editor.ts";
 import type { RowMark } from "./draw-labels.ts";
@@ -108,7 +108,7 @@ export class LotMap {
       constrainResolution: false,
       constrainRotation: false,
     });
-    this.tiles = new GroundTiles(grid, () => this.redrawSoon());
+    this.tiles = new GroundTiles(grid, (isDone) => (isDone ? this.redraw() : this.redrawSoon()));
     this.ground = new GroundLayer(this.tiles, this.background);
     this.stalls = new StallsLayer();
     this.map = new OlMap({
@@ -215,10 +215,8 @@ export class LotMap {
   }
 
   /** Shows the ground of a stored survey in place of the live one. */
-  showGround(address: TileAddress, place: GroundPlace, tiles: readonly TileKey[]): void {
-    this.tiles.show(address, place);
-    for (const key of tiles) this.tiles.takePicture(key, 1);
-    this.redrawSoon();
+  showGround(ground: Ground): void {
+    this.tiles.show(ground);
   }
 
   /** Labels on the stalls, and letters at the begins of rows: as they are painted. */
@@ -362,19 +360,29 @@ export class LotMap {
 
   private redrawSoon(): void {
     if (this.redrawTimer !== 0 || document.hidden) return;
-    this.redrawTimer = window.setTimeout(() => {
-      this.redrawTimer = 0;
-      this.ground.repaint();
-      this.reportDrawn();
-    }, REDRAW_MS);
+    this.redrawTimer = window.setTimeout(() => this.redraw(), REDRAW_MS);
+  }
+
+  private redraw(): void {
+    clearTimeout(this.redrawTimer);
+    this.redrawTimer = 0;
+    if (document.hidden) return;
+    this.ground.repaint();
+    this.reportDrawn();
   }
 
   private reportDrawn(): void {
     const { address, arrived } = this.tiles;
     if (arrived === "none" || !this.events.drawn) return;
-    this.map.once("rendercomplete", () => {
+    const report = (): void => {
       if (address === this.tiles.address) this.events.drawn?.(arrived);
-    });
+    };
+    if (this.map.getSize()?.every((side) => side > 0)) {
+      this.map.renderSync();
+      report();
+      return;
+    }
+    this.map.once("rendercomplete", report); // it is not shown yet
     this.map.render();
   }
 
