@@ -53,6 +53,8 @@ const MOVE_TOLERANCE_PX = 3;
 const BESIDE_PX = 68;
 const WIDE_PX = 84;
 const LEAST_TURN_RAD = 0.005;
+/** Keys that move or zoom the map. */
+const MOVING = /^([+-]|Arrow.*)$/;
 /** A finger or mouse button leaves. */
 const ENDED = ["pointerup", "pointercancel"] as const;
 
@@ -265,7 +267,9 @@ export class LotMap {
     return this.tiles.classAt(place.North, place.East);
   }
 
+  /** Zooms about the middle. Who looked at the whole looks at a part of it from then on, or has it smaller. */
   zoom(factor: number): void {
+    if (this.looking === "whole") this.leave();
     const resolution = this.view.getResolution() ?? 0.3;
     this.view.animate({ resolution: resolution / factor, duration: this.still.matches ? 0 : EASE_MS });
   }
@@ -319,6 +323,7 @@ export class LotMap {
     });
     this.map.on("pointerdrag", () => this.leave());
     this.element.addEventListener("wheel", () => this.leave(), { passive: true });
+    this.element.addEventListener("keydown", ({ key }) => MOVING.test(key) && this.leave());
     this.element.addEventListener("pointerdown", ({ pointerId }) => this.pointers.add(pointerId));
     for (const ended of ENDED) window.addEventListener(ended, this.released);
     this.map.on("click", (event: MapBrowserEvent) => {
