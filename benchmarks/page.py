@@ -92,7 +92,7 @@ _WATCH: Final = """(() => {
 OTHERS: Final = tuple(view for view in VIEWS if view != FLIGHT)
 CALM: Final = "calm"
 LOADS: Final = {CALM: "nothing opened", "views": "views opened", "report": "report.html asked for"}
-"""What is asked of the daemon in a minute of a flight, and its words."""
+"""Loads of the daemon in a minute of a flight, and their words."""
 _COUNT: Final = """() => {
   window.__pictures = 0;
   const next = () => { window.__pictures += 1; requestAnimationFrame(next); };
@@ -210,7 +210,7 @@ async def _drag(page: Page) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Minute:
-    """What a minute of a flight shows: the daemon's account, and the number of answers or views meanwhile."""
+    """A minute of a flight: the daemon's account, and the number of answers or views meanwhile."""
 
     performance: Mapping[str, Any]
     asked: int
