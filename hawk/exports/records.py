@@ -15,6 +15,7 @@ from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import stalls_in
 from hawk.lots.plan.values import LayoutStall, shapes_of
+from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import corners_on_earth, on_earth
 from hawk.lots.registration.survey_place import datum_accuracy, datum_of
 from hawk.lots.schema import LOT, OBSERVATION, SURVEY
@@ -70,12 +71,30 @@ def read_surveys(connection: Connection, surveys: Sequence[str]) -> list[ExportR
     return [_read(connection, layouts, survey) for survey in surveys]
 
 
-def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecord:
+def survey_frame(connection: Connection, survey: str) -> tuple[LatLon, Move]:
+    """Return the origin of the frame that a survey is exported in, and the move of its own frame onto that one.
+
+    Raises NotFoundError.
+    """
+    row = _row(connection, survey)
+    if row["placed"] not in PLACED:
+        return (float(row["latitude"]), float(row["longitude"])), Move()
+    move = Move() if row["north"] is None else Move(row["north"], row["east"], row["turn"])
+    return datum_of(connection, str(row["lot"])), move
+
+
+def _row(connection: Connection, survey: str) -> RowMapping:
+    """Return the row of a survey that has a lot. Raises NotFoundError."""
     asked = select(SURVEY, is_sure().label("is_sure")).where(SURVEY.c.id == survey)
     row = connection.execute(asked).mappings().one_or_none()
     if row is None or row["lot"] is None:
         raise NotFoundError(f"survey: there is no survey {survey} of a lot")
     check_whole(connection, "survey", row["seq"], "survey", version_of(connection))
+    return row
+
+
+def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecord:
+    row = _row(connection, survey)
     lot = layouts.lot(str(row["lot"]))
     is_placed = row["placed"] in PLACED
     datum = lot.datum if is_placed else (float(row["latitude"]), float(row["longitude"]))

@@ -7,6 +7,7 @@ import type { Changed, SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { Feature } from "../src/views/survey-source.ts";
 import { readAll } from "../src/link/api.ts";
+import { firstReads } from "../src/route/first-reads.ts";
 import { hashOf, placeOf } from "../src/route/place.ts";
 import { Route } from "../src/route/route.ts";
 import { LotViews } from "../src/views/lot-views.ts";
@@ -233,6 +234,19 @@ describe("lots over time", () => {
       await archive.updateComplete;
     }
   }
+
+  it("asks first for what was asked for while the page was read: nothing twice, and nothing in vain", async () => {
+    answers["/ground"] = { datum: [0, 10], place: { north: 0, east: 0, turn: 0 }, cells: 256, cell_m: 0.1, tiles: [[0, 0]] };
+    for (const address of [`#/lots/${LOT}/${ONE}`, `#/lots/${LOT}`, `#/compare/${LOT}/${ONE}/${TWO}`, `#/compare/${LOT}`, `#/report/${LOT}`, `#/recordings/${LOT}`, "#/recordings"]) {
+      asked = [];
+      await open(address);
+      const soon = firstReads(address).filter((path) => path !== "lots?limit=1000" && !path.endsWith("/ground/whole")); // the bar's, and the map's
+      assert.ok(soon.length > 0, address);
+      for (const path of soon) assert.equal(asked.filter((each) => each === `api/v1/${path}`).length, 1, `${path} of ${address}: ${asked.join(" ")}`);
+    }
+    assert.deepEqual(firstReads(`#/report/${LOT}?days=mon-fri`), ["lots?limit=1000"]);
+    assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots?limit=1000"]]);
+  });
 
   async function press(label: string): Promise<void> {
     const all = [...archive.querySelectorAll("button")];

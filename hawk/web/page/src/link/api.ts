@@ -53,9 +53,9 @@ export function query(values: Record<string, string | readonly string[]>): strin
   return given && `?${given}`;
 }
 
-/** Asks for JSON. Rejects with Refused, in the drone's words where it gave some. */
+/** Asks for JSON, which the drone lets nobody keep unasked. Rejects with Refused, in the drone's words where it gave some. */
 export function read<T>(address: string): Promise<T> {
-  return asked(address, { cache: "no-cache" });
+  return asked(address, {});
 }
 
 /** Asks for JSON by a link that was shared. One that is none says so in the reader's language. */
