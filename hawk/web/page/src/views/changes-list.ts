@@ -29,7 +29,7 @@ export class ChangesList extends View {
   /** The lot's time zone, whose clock all times of the view are by. */
   @property() clock = "UTC";
   private readonly listed = new Asked<Part<Change>>(this);
-  /** When the surveys ended that are deleted, by the number of the change: so one is told from another. */
+  /** The end of each deleted survey, by the number of its change: it distinguishes one from another. */
   private readonly deleted = new Asked<DeletedSurvey[]>(this);
 
   override willUpdate(): void {

@@ -50,9 +50,10 @@ export class Asked<T> {
     this.host = host;
   }
 
-  /** Asks when the key is a new one. What was shown stays until the answer is there. */
+  /** Asks when the key is a new one. The answer that was shown stays until another one is there. */
   ask(key: string, work: () => Promise<T>): void {
     if (key === this.key) return;
+    if (this.key !== null) this.problem = ""; // it was that of another question
     this.key = key;
     this.waiting = true;
     void work().then(
