@@ -56,18 +56,19 @@ def surveys_of(connection: Connection, lot: str) -> list[str]:
     return found
 
 
-def read_survey(connection: Connection, survey: str) -> ExportRecord:
+def read_survey(connection: Connection, survey: str, *, has_labels_of_now: bool = False) -> ExportRecord:
     """Return a survey by its id.
 
     A registered one has the stalls of its layout, each with the look of that survey; another one has those that it
-    found, where it found them. Raises NotFoundError.
+    found, where it found them. ``has_labels_of_now``: labels are those of the present plan, not those of the survey's
+    time; a stall that has gone keeps its last one. Raises NotFoundError.
     """
-    return read_surveys(connection, [survey])[0]
+    return _read(connection, _Layouts(connection, () if has_labels_of_now else _THEN), survey)
 
 
 def read_surveys(connection: Connection, surveys: Sequence[str]) -> list[ExportRecord]:
     """Return surveys as `read_survey` returns one; surveys of a layout share its stalls. Raises NotFoundError."""
-    layouts = _Layouts(connection)
+    layouts = _Layouts(connection, _THEN)
     return [_read(connection, layouts, survey) for survey in surveys]
 
 
@@ -139,6 +140,7 @@ class _Layouts:
     """Lots, and the stalls of their layouts on Earth, each read once."""
 
     connection: Connection
+    then: Sequence[str]
     lots: dict[str, _Lot] = field(default_factory=dict)
     stalls: dict[tuple[str, int], list[_Placed]] = field(default_factory=dict)
 
@@ -157,7 +159,7 @@ class _Layouts:
         """Return the stalls of a version of a lot's layout in the order of their labels."""
         key = lot, version
         if key not in self.stalls:
-            stalls = in_order(stalls_in(self.connection, lot, version, _THEN))
+            stalls = in_order(stalls_in(self.connection, lot, version, self.then))
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 

@@ -20,6 +20,11 @@ export class Refused extends Error {
   /** The person who edits the plan that was to be changed. */
   readonly editor: Editor | null;
 
+  /** The link that was shared opens nothing any more. */
+  get isEndedLink(): boolean {
+    return this.status === 404 && /^(token|share)$/.test(this.field);
+  }
+
   constructor(reason = "", status = 0, editor: Editor | null = null, field = "") {
     super(reason);
     this.status = status;
@@ -63,9 +68,9 @@ export async function readByLink<T>(address: string): Promise<T> {
   try {
     return await read<T>(address);
   } catch (error) {
-    const { status, field } = error as Refused;
+    const { status, field, isEndedLink } = error as Refused;
     if (status === 429) throw new Refused(say("link-too-often"), status);
-    throw status === 404 && /^(token|share)$/.test(field) ? new Refused(say("link-ended"), status, null, field) : error;
+    throw isEndedLink ? new Refused(say("link-ended"), status, null, field) : error;
   }
 }
 

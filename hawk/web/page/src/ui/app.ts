@@ -176,7 +176,8 @@ export class App extends LitElement {
   /** A flight may have made a lot since another view was shown; steps within a view ask for nothing. */
   private readonly moved = (): void => {
     const { view } = this.route.place;
-    if (view !== this.listedFor && view !== "fly") void this.listLots();
+    const isUnknown = this.lots?.every(({ id }) => id !== this.route.place.lot) ?? false;
+    if (view !== "fly" && (view !== this.listedFor || isUnknown)) void this.listLots();
     this.listedFor = view;
     this.isLotGone = false;
     this.requestUpdate();

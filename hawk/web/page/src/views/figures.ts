@@ -10,12 +10,6 @@ export function share({ value, low, high }: Estimate): string {
   return say("archive-share", { value: number(100 * value, 1), low: number(100 * low, 1), high: number(100 * high, 1) });
 }
 
-/** A number of stalls, or of space-hours, with its interval. */
-export function amount({ value, low, high }: Estimate): string {
-  if (value === null || low === null || high === null) return NONE;
-  return say("archive-amount", { value: number(value), low: number(low), high: number(high) });
-}
-
 /** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
 export function onClock(time: string | number, zone?: string): number {
   const parts = dateFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
