@@ -47,3 +47,22 @@ describe("the place that the address names", () => {
     assert.deepEqual(route.unread, []);
   });
 });
+
+describe("the address", () => {
+  it("changes in place within a view, and by a step that goes back between views", () => {
+    const written: [string, boolean][] = [];
+    const route = new Route({ hash: () => `#/lots/${LOT}`, write: (hash, replace) => written.push([hash, replace]) });
+    route.go({ survey: ONE });
+    route.go({ view: "report", survey: "" });
+    assert.deepEqual(written, [[`#/lots/${LOT}/${ONE}`, true], [`#/report/${LOT}`, false]]);
+  });
+
+  it("of a shared lot keeps its token, and has no flight", () => {
+    const written: string[] = [];
+    const route = new Route({ hash: () => `#secret/compare`, write: (hash) => written.push(hash) }, "secret");
+    assert.equal(route.place.view, "compare");
+    route.go({ view: "lots", survey: ONE });
+    assert.deepEqual(written, [`#secret/lots//${ONE}`]);
+    assert.equal(new Route({ hash: () => "#secret", write: () => undefined }, "secret").place.view, "lots");
+  });
+});
