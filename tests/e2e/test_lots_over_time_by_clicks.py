@@ -323,7 +323,7 @@ async def test_the_question_asked_is_the_report_printed(browser: Browser, addres
     await page.screenshot(path=screenshots / "over-time-paper.png", full_page=True)
     await page.goto(f"{address}#/report?part=row.Z&show=document")
     await page.reload()
-    await expect(page.get_by_role("alert")).to_contain_text("row: the lot has none that is called 'Z'")
+    await expect(page.get_by_role("alert")).to_contain_text("The lot has no row, zone or kind of this name")
     assert [
         each for each in errors if "Framing" not in each and "Failed to load" not in each and "script" not in each
     ] == []
