@@ -44,12 +44,14 @@ class CarBenchmark:
         return self._networks[model_for(self._left_out, name) or self._model]
 
     def sections(self, key: str, scenes: Iterable[CarScene], parts: Sequence[LotSection] = ()) -> list[Section]:
-        """Return the table of some pictures: all together, and recall and precision of each."""
+        """Return the table of some pictures: all together, and recall and precision of each region."""
         found, former, rows = CarTally(), CarTally(), []
         for scene in scenes:
             network = self.network(scene.name)
             one = measure(VehicleEye(network), scene, parts)
             found, former = found + one, former + measure(ChannelEye(network), scene, parts)
+            if not parts:
+                continue
             rows += [
                 row for row in figures(one, f"{key}_{scene.name}") if row.text in ("labels", "recall", "precision")
             ]

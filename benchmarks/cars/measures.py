@@ -135,7 +135,7 @@ def read_sections(path: Path = HAND_LABELS / "sections.json") -> list[LotSection
     try:
         return [
             LotSection(str(one["region"]), np.array(one["outline_m"], np.float64), int(one["capacity"]))
-            for one in json.loads(path.read_text())["sections"]
+            for one in json.loads(path.read_text())
         ]
     except (KeyError, TypeError, ValueError) as error:
         raise LabelError(f"{path}: not sections of regions ({error})") from error
