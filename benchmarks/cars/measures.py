@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from benchmarks.cars.eyes import LEAST_PROBABILITY, CarEye
+from benchmarks.cars.eyes import LEAST_PROBABILITY, CarEye, SeenVehicles
 from benchmarks.cars.labels import HAND_LABELS, LabelError
 from benchmarks.cars.scenes import CarScene
 from benchmarks.figures import Figure, Reference, share
@@ -79,7 +79,7 @@ def measure(eye: CarEye, scene: CarScene, sections: Sequence[LotSection] = ()) -
         found=int(counts.sum()) + false,
         labels=int(truth.is_counted.sum()),
         groups=_groups(scene, hit),
-        judged=(_judged(centres, probability, scene),),
+        judged=(judged(seen, scene),),
         sections=tuple(_counted(part, centres[sure], truth.centres) for part in sections if part.region == scene.name),
         off_m=tuple(apart.tolist()),
     )
@@ -115,12 +115,15 @@ def _groups(scene: CarScene, hit: NDArray[np.bool_]) -> dict[str, tuple[int, int
     return {name: (int((hit & mask).sum()), int(mask.sum())) for name, mask in kept.items() if mask.any()}
 
 
-def _judged(centres: FloatArray, probability: FloatArray, scene: CarScene) -> Judged:
+def judged(seen: SeenVehicles, scene: CarScene) -> Judged:
+    """Return the probabilities of the finds in a picture, and which are vehicles; cut and unsure ones are left out."""
+    centres = seen.corners.mean(axis=1)
     of_find, of_label = matched(centres, scene.truth.centres)
     right = np.zeros(len(centres), np.bool_)
     right[of_find] = scene.truth.is_counted[of_label]
     out = _within(centres, scene.truth.corners[~scene.truth.is_counted]) & ~right
-    return Judged(probability[~out], right[~out])
+    out |= scene.is_missing(centres)
+    return Judged(seen.probability[~out], right[~out])
 
 
 def _counted(section: LotSection, found: FloatArray, true: FloatArray) -> tuple[int, int]:
