@@ -16,7 +16,7 @@ from scipy.spatial.distance import cdist
 
 from benchmarks.cars.eyes import LEAST_PROBABILITY, CarEye, SeenVehicles
 from benchmarks.cars.labels import HAND_LABELS, LabelError
-from benchmarks.cars.scenes import CarScene
+from benchmarks.cars.scenes import CarScene, shifted
 from benchmarks.figures import Figure, Reference, share
 from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision.detection import FloatArray
@@ -83,6 +83,22 @@ def measure(eye: CarEye, scene: CarScene, sections: Sequence[LotSection] = ()) -
         sections=tuple(_counted(part, centres[sure], truth.centres) for part in sections if part.region == scene.name),
         off_m=tuple(apart.tolist()),
     )
+
+
+SHIFTS: Final = ((0, 0), (3, 0), (0, 5), (7, 2), (2, 9), (11, 4), (6, 13), (15, 15))
+"""Columns and rows by which a picture is shifted to see whether a find depends on them, pixels."""
+
+
+def flicker(eye: CarEye, scene: CarScene) -> tuple[int, int]:
+    """Return how many labelled vehicles are found in some of eight shifts of a picture but not in all, and in any."""
+    times = np.zeros(len(scene.truth), np.intp)
+    for columns, rows in SHIFTS:
+        one = shifted(scene, columns, rows)
+        seen = eye.find(one)
+        sure = seen.probability >= LEAST_PROBABILITY
+        times[matched(seen.corners[sure].mean(axis=1), one.truth.centres)[1]] += 1
+    times = times[scene.truth.is_counted]
+    return int(((times > 0) & (times < len(SHIFTS))).sum()), int((times > 0).sum())
 
 
 def matched(found: FloatArray, true: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

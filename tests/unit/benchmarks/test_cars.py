@@ -10,7 +10,7 @@ import pytest
 
 from benchmarks.cars.eyes import SeenVehicles
 from benchmarks.cars.labels import HAND_LABELS, LabelError, read_truth, truth_of
-from benchmarks.cars.measures import CarTally, LotSection, figures, matched, measure, read_sections
+from benchmarks.cars.measures import CarTally, LotSection, figures, flicker, matched, measure, read_sections
 from benchmarks.cars.scenes import CarScene, at_metres, read_regions
 
 
@@ -88,6 +88,21 @@ def test_a_finer_picture_is_averaged_and_a_coarse_one_left_out() -> None:
     assert coarse is not None
     assert coarse.image.shape[:2] == (267, 267)
     assert at_metres(coarse, 0.12) is None
+
+
+def test_a_vehicle_that_some_shifts_lose_flickers() -> None:
+    class Steady:
+        def find(self, scene: CarScene) -> SeenVehicles:
+            return SeenVehicles(scene.truth.corners, np.full(len(scene.truth), 0.9))
+
+    class OneLost:
+        def find(self, scene: CarScene) -> SeenVehicles:
+            corners = scene.truth.corners if scene.image.shape[1] > 390 else scene.truth.corners[:1]
+            return SeenVehicles(corners, np.full(len(corners), 0.9))
+
+    given = scene(box(10, 10), box(20, 20))
+    assert flicker(Steady(), given) == (0, 2)
+    assert flicker(OneLost(), given) == (1, 2)
 
 
 def test_damaged_labels_are_named(tmp_path: Path) -> None:
