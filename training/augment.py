@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -43,7 +43,13 @@ def sample(scene: TrainingScene, rng: np.random.Generator, side: int) -> Sample:
     seen = np.ones((height, width), np.uint8) if scene.seen is None else scene.seen
     known = np.asarray(cv2.warpAffine(seen, to_crop, (side, side), flags=cv2.INTER_NEAREST), np.uint8)
     stalls = scene.quads @ to_crop[:, :2].T + to_crop[:, 2]
-    target = draw_targets(np.asarray(labels, np.uint8), known, stalls, scene.taken, scene.judged, scene.unclear)
+    vehicles = scene.vehicles
+    if vehicles is not None:
+        moved = np.asarray(vehicles.quads @ to_crop[:, :2].T + to_crop[:, 2], np.float32)
+        vehicles = replace(vehicles, quads=moved)
+    target = draw_targets(
+        np.asarray(labels, np.uint8), known, stalls, scene.taken, scene.judged, scene.unclear, vehicles
+    )
     textured = retextured(np.asarray(image, np.float32), rng)
     cast, outside = shadow_depth(stalls[~scene.taken], (side, side), rng), outside_shade((side, side), rng)
     lit = light(in_shade(in_shade(textured, cast, rng), outside, rng), rng)

@@ -2,8 +2,8 @@
 
 A folder holds ``REGION.jpg`` and, where the stalls are labelled, ``REGION.json`` (metres_per_pixel, stalls with
 corners_m in metres from the picture's upper left corner, state). What the labels do not say (lots, cars, the states of
-stalls; without a file the stalls too) is what a network agrees on with itself (`training.agreement`). Nothing of the
-pictures is kept.
+stalls; without a file the stalls too) is what a network agrees on with itself (`training.agreement`). Vehicles are
+those that a person labelled (`benchmarks.cars.labels`), unknown elsewhere. Nothing of the pictures is kept.
 """
 
 from __future__ import annotations
@@ -19,10 +19,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.cars.labels import HAND_LABELS, LabelError, read_truth
 from benchmarks.perception.places import missing_ground
 from hawk.algo.vision.network import StallNetwork
 from training.agreement import Agreed, agreed, labels_of, states
-from training.targets import UNKNOWN, TrainingScene
+from training.targets import UNKNOWN, TrainingScene, VehicleLabels
 
 METRES_PER_PIXEL = 0.1
 WINDOW_PIXELS = 496
@@ -100,6 +101,7 @@ def read_region(path: Path, network: StallNetwork, rng: np.random.Generator) -> 
     found = agreed(picture, network, rng)
     missing = missing_ground(picture)
     scene = _labelled(picture, found, labels) if labels is not None else _unlabelled(picture, found)
+    scene = replace(scene, vehicles=_vehicles(HAND_LABELS / f"{path.stem}.json"))
     return Region(path.stem, scene if missing is None else _without(scene, missing))
 
 
@@ -116,7 +118,26 @@ def cut(scene: TrainingScene, left: int, top: int, side: int) -> TrainingScene:
         scene.judged[touches],
         None if scene.unclear is None else scene.unclear[touches],
         None if scene.seen is None else scene.seen[part],
+        vehicles=None if scene.vehicles is None else _cut_vehicles(scene.vehicles, left, top, side),
     )
+
+
+def _cut_vehicles(vehicles: VehicleLabels, left: int, top: int, side: int) -> VehicleLabels:
+    quads = vehicles.quads - np.array([left, top], np.float32)
+    touches = (quads.max(1) > 0).all(1) & (quads.min(1) < side).all(1)
+    return VehicleLabels(quads[touches], vehicles.kind[touches], vehicles.judged[touches])
+
+
+def _vehicles(path: Path) -> VehicleLabels | None:
+    """Return the vehicles that a person labelled in a region, None without a file. Raises GroundError."""
+    try:
+        truth = read_truth(path)
+    except LabelError as error:
+        raise GroundError(str(error)) from error
+    if truth is None:
+        return None
+    quads = truth.corners / METRES_PER_PIXEL - 0.5
+    return VehicleLabels(quads.astype(np.float32), truth.kind, truth.is_counted)
 
 
 def _read_labels(path: Path) -> dict[str, Any] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor
-from torch.nn.functional import binary_cross_entropy_with_logits
+from torch.nn.functional import binary_cross_entropy_with_logits, cross_entropy
 
 from training.targets import (
     CAR,
@@ -13,6 +13,7 @@ from training.targets import (
     CORE_WEIGHT,
     COVER,
     COVER_WEIGHT,
+    KINDS,
     LENGTH,
     LOT,
     PLACE_WEIGHT,
@@ -21,16 +22,19 @@ from training.targets import (
     SINE,
     TAKEN,
     TAKEN_WEIGHT,
+    VEHICLE,
+    VEHICLE_WEIGHT,
 )
 
 _DICE_PIXELS = 50.0
 _SHADE_SHARE = 0.3
+_KIND_SHARE = 0.1
 _CAR_IN_SHADE = 3.0
 """Factor on the cost of a car that is only a shadow."""
 
 
 def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
-    """Return the loss of a batch, answers (B, 12, h, w) against targets (B, 18, h, w), and its parts by name."""
+    """Return the loss of a batch, answers (B, 23, h, w) against targets (B, 30, h, w), and its parts by name."""
     place, judged, cars = target[:, PLACE_WEIGHT], target[:, CORE_WEIGHT], target[:, CAR_WEIGHT]
     shade = target[:, SHADE]
     weights = torch.stack([place, judged, cars * (1 + (_CAR_IN_SHADE - 1) * shade)], 1)
@@ -52,6 +56,8 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
     hidden = binary_cross_entropy_with_logits(answer[:, COVER], target[:, COVER], reduction="none")
     hidden = (hidden * target[:, COVER_WEIGHT]).mean()
     total = total + _SHADE_SHARE * (dark + hidden)
+    vehicles = _vehicles(answer, target)
+    total = total + vehicles
     parts = {
         "bce": crossed,
         "lot": dice[0],
@@ -61,8 +67,21 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
         "taken": taken,
         "shade": dark,
         "cover": hidden,
+        "vehicles": vehicles,
     }
     return total, {name: float(part.detach()) for name, part in parts.items()}
+
+
+def _vehicles(answer: Tensor, target: Tensor) -> Tensor:
+    """Return the loss of core, shape and kind of vehicles, over the ground on which they are known."""
+    known, truth, said = target[:, VEHICLE_WEIGHT], target[:, VEHICLE], answer[:, VEHICLE]
+    crossed = (binary_cross_entropy_with_logits(said, truth, reduction="none") * known).mean()
+    dice = _dice((torch.sigmoid(said) * known).unsqueeze(1), (truth * known).unsqueeze(1))[0]
+    core = (truth * known).unsqueeze(1)
+    mass = core.sum() + _DICE_PIXELS
+    geometry = ((answer[:, VEHICLE + 1 : KINDS] - target[:, VEHICLE + 1 : KINDS]).abs() * core).sum() / mass
+    kinds = cross_entropy(answer[:, KINDS:], target[:, KINDS:PLACE_WEIGHT], reduction="none").unsqueeze(1)
+    return crossed + 0.25 * dice + 0.25 * geometry + _KIND_SHARE * (kinds * core).sum() / mass
 
 
 def _dice(said: Tensor, truth: Tensor) -> Tensor:

@@ -6,7 +6,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from hawk.algo.vision.network import CHANNELS
+from hawk.algo.vision.network import CHANNELS, VEHICLE_CHANNELS
 
 Widths = tuple[int, int, int, int, int]
 WIDTHS: Widths = (16, 32, 48, 64, 80)
@@ -20,7 +20,7 @@ _SUN_HIDDEN = 16
 class StallNet(nn.Module):
     """U-Net (Ronneberger et al. 2015) of 3 x 3 convolutions with batch normalisation; about 540 000 parameters.
 
-    Takes (B, 3, H, W), H and W multiples of 32, and suns (B, 2); gives (B, CHANNELS + EXTRA_CHANNELS, H/2, W/2) as
+    Takes (B, 3, H, W), H and W multiples of 32, and suns (B, 2); gives (B, 23, H/2, W/2) as
     `hawk.algo.vision.network` describes. While training the style of the shallow maps is perturbed.
     """
 
@@ -38,6 +38,7 @@ class StallNet(nn.Module):
         self.up1 = nn.Sequential(_block(b + a, a + _EXTRA, kernel=1), _block(a + _EXTRA, a + _EXTRA))
         self.answer = nn.Conv2d(a + _EXTRA, CHANNELS, 1)
         self.further = nn.Conv2d(a + _EXTRA, EXTRA_CHANNELS, 1)
+        self.vehicles = nn.Conv2d(a + _EXTRA, VEHICLE_CHANNELS, 1)
         self.lit = nn.ModuleList(_Lit(width) for width in (a, b, c))
         self.perturbed = StylePerturbation()
 
@@ -52,7 +53,7 @@ class StallNet(nn.Module):
         eighth = self.up3(torch.cat([_twice(sixteenth), eighth], 1))
         quarter = self.up2(torch.cat([_twice(eighth), quarter], 1))
         half = self.up1(torch.cat([_twice(quarter), half], 1))
-        return torch.cat([self.answer(half), self.further(half)], 1)
+        return torch.cat([self.answer(half), self.further(half), self.vehicles(half)], 1)
 
 
 class _Lit(nn.Module):

@@ -5,17 +5,27 @@ from __future__ import annotations
 import multiprocessing
 import os
 import queue
+from collections.abc import Sequence
 from multiprocessing.queues import Queue
+from typing import Final
 
 import cv2
 import numpy as np
 
+from hawk.algo.vision.network import VEHICLE_KINDS
 from hawk.worlds.scene.render import AS_DRAWN
 from training.looks import Dress
-from training.scenes import Scene, SceneStall, draw_scene
-from training.targets import TrainingScene
+from training.scenes import HIDDEN_SHARE, Scene, SceneStall, SceneVehicle, draw_scene
+from training.targets import TrainingScene, VehicleLabels
 
 SIDE_PIXELS = 400
+KIND_OF_DRAWN: Final = {
+    **dict.fromkeys(("sedan", "hatch", "suv", "minivan", "pickup"), "car"),
+    **dict.fromkeys(("van", "motorhome"), "van"),
+    **dict.fromkeys(("lorry", "coach"), "lorry"),
+    "trailer": "trailer",
+}
+"""Class of each kind of drawn vehicle; a motorcycle has none."""
 _WAITING = 24
 
 
@@ -112,6 +122,18 @@ def training_scene(scene: Scene) -> TrainingScene:
         taken=np.array([s.taken for s in scene.stalls], np.bool_),
         judged=np.array([_is_judged(stall) for stall in scene.stalls], np.bool_),
         cast=np.asarray(scene.cast, np.float64),
+        vehicles=_vehicle_labels(scene.vehicles),
+    )
+
+
+def _vehicle_labels(vehicles: Sequence[SceneVehicle]) -> VehicleLabels:
+    """Return the labels of a drawn scene's vehicles: those under crowns and roofs, and motorcycles, are not judged."""
+    kinds = [KIND_OF_DRAWN.get(one.kind) for one in vehicles]
+    judged = [kind is not None and one.covered < HIDDEN_SHARE for kind, one in zip(kinds, vehicles, strict=True)]
+    return VehicleLabels(
+        quads=np.array([one.quad for one in vehicles], np.float32).reshape(-1, 4, 2),
+        kind=np.array([VEHICLE_KINDS.index(kind or "car") for kind in kinds], np.intp),
+        judged=np.array(judged, np.bool_),
     )
 
 

@@ -52,8 +52,9 @@ def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
     """
     folded = _convolutions(path)
     modules = [module for module in network.modules() if isinstance(module, nn.Conv2d)]
-    if len(folded) < len(modules):  # an older file
-        modules.remove(network.further)
+    for younger in (network.vehicles, network.further):
+        if len(folded) < len(modules):  # an older file
+            modules.remove(younger)
     shapes = [tuple(module.weight.shape) for module in modules]
     if [weight.shape for weight, _ in folded] != shapes:
         raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")

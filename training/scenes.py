@@ -17,6 +17,8 @@ from hawk.worlds.scene.facets import FacetSet, ground_projection
 from hawk.worlds.scene.light import sample_sun
 from hawk.worlds.scene.render import AS_DRAWN, Looks, draw_plan
 from training.avenues import plant_avenue
+from training.crossings import plan_crossing_site
+from training.decks import plan_deck_site
 from training.long_vehicles import park_long_vehicle
 from training.paved import plan_paved_site
 from training.row_breaks import break_row
@@ -33,6 +35,10 @@ PAVED_SHARE = 0.18
 """Share of the scenes with a lot without paint."""
 STREET_SHARE = 0.22
 """Share of the scenes with a street of houses."""
+CROSSING_SHARE = 0.07
+"""Share of the scenes with a crossing: vehicles that wait side by side, and no stall."""
+DECK_SHARE = 0.06
+"""Share of the scenes with the deck of a garage."""
 CHANGES: tuple[Change, ...] = (
     (0.2, 3, break_row),
     (0.3, 4, park_long_vehicle),
@@ -91,6 +97,17 @@ class SceneStall:
 
 
 @dataclass(frozen=True, slots=True)
+class SceneVehicle:
+    """A vehicle in a scene: its body on the ground, ``quad`` (4, 2) pixels with the short ends first and last; its
+    ``kind`` as of `hawk.worlds.scene.cars`; ``covered``: share (0..1) of it under crowns and roofs.
+    """
+
+    quad: Points
+    kind: str
+    covered: float
+
+
+@dataclass(frozen=True, slots=True)
 class Scene:
     """A drawn orthophoto, north of nothing: BGR uint8 (H, W, 3), with uint8 masks (H, W) of 0 and 1.
 
@@ -105,6 +122,7 @@ class Scene:
     cover: Bytes
     shade: Bytes
     stalls: tuple[SceneStall, ...]
+    vehicles: tuple[SceneVehicle, ...]
     metres_per_pixel: float
     cast: Points
 
@@ -112,6 +130,10 @@ class Scene:
 def plan_any_site(rng: np.random.Generator) -> SitePlan:
     """Plan a site of one of all kinds."""
     kind = rng.random()
+    if kind > 1 - CROSSING_SHARE:
+        return plan_crossing_site(rng, (0.0, 0.0))
+    if kind > 1 - CROSSING_SHARE - DECK_SHARE:
+        return plan_deck_site(rng, (0.0, 0.0), SITES[int(rng.integers(len(SITES)))])
     if kind < BARE_SHARE:
         return plan_bare_site(rng, (0.0, 0.0))
     if kind < BARE_SHARE + PLAIN_SHARE:
@@ -154,9 +176,10 @@ def draw_scene(
     contrast = float(np.abs(np.array(plan.palette[0]) - plan.asphalt.colour).max())
     shown = [stall for stall in plan.stalls if canvas.touches(stall.corners, 1.0)]
     stalls = _framed(_implied([_scene_stall(canvas, stall, cover, contrast) for stall in shown], roofs))
+    vehicles = tuple(_scene_vehicle(canvas, *one, cover) for one in drawn.vehicles if canvas.touches(one[1], 0.0))
     picture = photograph(rng, image)
     shade = as_bytes((drawn.shade > _SHADE) & (car == 0) & (cover == 0))
-    return Scene(picture, _lot_mask(canvas, plan), car, cover, shade, stalls, metres_per_pixel, sun.cast(1.0))
+    return Scene(picture, _lot_mask(canvas, plan), car, cover, shade, stalls, vehicles, metres_per_pixel, sun.cast(1.0))
 
 
 def sample_condition(rng: np.random.Generator) -> Condition:
@@ -225,6 +248,11 @@ def _scene_stall(canvas: Canvas, stall: PlannedStall, cover: Bytes, contrast: fl
         covered=covered,
         kind=stall.kind,
     )
+
+
+def _scene_vehicle(canvas: Canvas, kind: str, corners: Points, cover: Bytes) -> SceneVehicle:
+    quad = canvas.to_px(corners)
+    return SceneVehicle(quad, kind, _share(cover, quad))
 
 
 def _implied(stalls: list[SceneStall], roofs: Bytes) -> tuple[SceneStall, ...]:

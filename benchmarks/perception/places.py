@@ -60,8 +60,7 @@ def read_tiles(folder: Path) -> Iterator[Place]:
     """
     for path in sorted((folder / "images").glob("*.jpg")):
         image = read_picture(path)
-        size = np.array([image.shape[1], image.shape[0]])
-        shapes = [_shape(line, size) for line in _lines(folder / "labels" / f"{path.stem}.txt")]
+        shapes = read_shapes(folder / "labels" / f"{path.stem}.txt", image)
         stalls = [_box(points) for kind, points in shapes if kind == _STALL]
         if len(stalls) < LEAST_LABELS:
             continue
@@ -69,6 +68,12 @@ def read_tiles(folder: Path) -> Iterator[Place]:
         lots = tuple(points * TILE_METRES_PER_PIXEL for kind, points in shapes if kind == _LOT)
         truth = LabelledPlace(np.array(stalls, float) * TILE_METRES_PER_PIXEL, states, lots)
         yield Place(path.stem, image, TILE_METRES_PER_PIXEL, truth)
+
+
+def read_shapes(path: Path, image: NDArray[np.uint8]) -> list[tuple[int, FloatArray]]:
+    """Return class and polygon (N, 2), in pixels, of each line of a file of labels; nothing without the file."""
+    size = np.array([image.shape[1], image.shape[0]])
+    return [_shape(line, size) for line in _lines(path)]
 
 
 def read_pictures(folder: Path) -> Iterator[tuple[str, NDArray[np.uint8]]]:

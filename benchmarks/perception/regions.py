@@ -55,7 +55,7 @@ class Regions:
 
     def model(self, name: str) -> Path | None:
         """Return the network that was not trained on a region, None where no other is named."""
-        return next((model for model, pattern in self.left_out if fnmatchcase(name, pattern)), None)
+        return model_for(self.left_out, name)
 
 
 def region_section(regions: Regions, looked: Sequence[Looked]) -> Section:
@@ -78,6 +78,11 @@ def region_section(regions: Regions, looked: Sequence[Looked]) -> Section:
             if measured
         ]
     return Section("regions", figures)
+
+
+def model_for(left_out: Sequence[tuple[Path, str]], name: str) -> Path | None:
+    """Return the first network whose pattern fits a region, None where none does."""
+    return next((model for model, pattern in left_out if fnmatchcase(name, pattern)), None)
 
 
 def left_out_option(text: str) -> tuple[Path, str]:

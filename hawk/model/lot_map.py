@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.model.plans import ExploreStatus
+from hawk.model.vehicles import MapVehicle
 
 TILE_CELLS = 256
 """Cells along one side of a map tile."""
@@ -119,12 +120,14 @@ class OccupancyMap:
     """An immutable index of the map: nothing in it is copied when a cell changes.
 
     ``tiles`` hold TILE_CELLS x TILE_CELLS bytes of `Cell`, row-major from the north-west corner, zlib-compressed.
-    ``mosaic`` holds pictures of the same tiles (`hawk.model.tile_picture`), TILE_CELLS pixels a side. ``stalls`` by id.
+    ``mosaic`` holds pictures of the same tiles (`hawk.model.tile_picture`), TILE_CELLS pixels a side. ``stalls`` and
+    ``vehicles`` by id.
     """
 
     tiles: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
     mosaic: Mapping[TileKey, EncodedTile] = field(default_factory=dict)
     stalls: Mapping[int, Stall] = field(default_factory=dict)
+    vehicles: Mapping[int, MapVehicle] = field(default_factory=dict, kw_only=True)
     counts: Counts = Counts()
     lot_area_m2: float = 0.0
     version: int = 0

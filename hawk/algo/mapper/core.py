@@ -37,11 +37,14 @@ from hawk.algo.mapper.rowfill import RowFiller
 from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
-from hawk.algo.vision.detection import FrameGround, GroundImage
+from hawk.algo.mapper.vehicles import TrackedVehicle, VehicleLook, VehicleTracker, moved_vehicles
+from hawk.algo.vision.detection import FrameGround, GroundImage, Vehicle
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey
 from hawk.model.plans import Inbound
 from hawk.model.poses import MapPose
+from hawk.model.shards import Sharded
+from hawk.model.vehicles import MapVehicle
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +93,7 @@ class MapperSettings:
     """Ground around the picture that is used for the outline; it is drawn up to ``CLOSE_M`` short of it."""
 
 
+_SHARD = 128  # ids
 _REACH_M = 12.0  # stalls this far outside the picture still matter to the outline
 _LOT_NEAR_M = 0.5
 _SAME = np.eye(2, 3)
@@ -118,6 +122,8 @@ class MapCore:
         self.published = StallIndex()
         self._rows = RowFiller(settings.rows_reach_m)
         self.suggestions = Suggestions()
+        self.vehicles = VehicleTracker()
+        self._vehicles: Sharded[int, MapVehicle] = Sharded(lambda number: number // _SHARD)
         self._novelty = Novelty(settings.look_m, settings.still_weight)
         self._last_pose: MapPose | None = None
         self._outlined: MapPose | None = None
@@ -162,6 +168,7 @@ class MapCore:
             return
         self._touched.update(self.grid.fuse(evidence, weight, self._version))
         self._fuse_stalls(found.moved(correction), evidence, weight, seen)
+        self._fuse_vehicles(moved_vehicles(seen.vehicles, correction), evidence, weight, seen)
         self._frame += 1
         self._is_spent = False
         self._note_picture(seen)
@@ -228,6 +235,7 @@ class MapCore:
             tiles=self._encoder.encoded,
             mosaic=self._mosaic.encoded,
             stalls=self.published.stalls,
+            vehicles=self._vehicles,
             counts=self.published.counts(),
             lot_area_m2=round(self.grid.lot_area_m2, 1),
             version=self._version,
@@ -270,6 +278,8 @@ class MapCore:
             parts[f"{delta.STALL}/{stall_id}"] = b""
         for number, suggestion in self.suggestions.changed_since(version):
             parts[f"{delta.SUGGESTION}/{number}"] = b"" if suggestion is None else suggestion.to_bytes()
+        for number, vehicle in self.vehicles.changed_since(version):
+            parts[f"{delta.VEHICLE}/{number}"] = b"" if vehicle is None else vehicle.to_bytes()
         shift = self.registration.shift
         meta = delta.MapMeta(self._map_id, self._version, self.tracker.next_id, (shift.north, shift.east, shift.turn))
         parts[delta.META] = meta.to_bytes()
@@ -296,6 +306,7 @@ class MapCore:
         everything = np.arange(len(self.tracker.rows))
         self.published.update(self.tracker.rows, everything, [], self._version)
         self._show_suggestions(-1)
+        self._show_vehicles(-1)
         self._encoder.mark(set(self.grid.tiles))
         confirmed = self.tracker.confirmed
         while self._encoder.encode(self.grid, confirmed, 64, self._version, (0.0, 0.0)):
@@ -320,6 +331,9 @@ class MapCore:
         elif kind == delta.SUGGESTION:
             if data:
                 self.suggestions.restore(Suggestion.from_bytes(data), self._version)
+        elif kind == delta.VEHICLE:
+            if data:
+                self.vehicles.restore(TrackedVehicle.from_bytes(data), self._version)
         else:
             raise ValueError("an unknown part")
 
@@ -392,6 +406,8 @@ class MapCore:
         self._rows.drop()
         self.suggestions.forget_younger(self._earlier_m, version)
         self._show_suggestions(version - 1)
+        self.vehicles.forget_younger(self._earlier_m, version)
+        self._show_vehicles(version - 1)
 
     def _fuse_stalls(self, found: Detections, evidence: CellEvidence, weight: float, seen: FrameGround) -> None:
         middle, radius = extent(seen.lot)
@@ -401,6 +417,22 @@ class MapCore:
         look = Look(found, weight, seen.captured, evidence.in_picture, self._version, self._flown_m, still, given,
                     seen.is_blurred)  # fmt: skip
         self.tracker.fuse(look, local)
+
+    def _fuse_vehicles(
+        self, found: tuple[Vehicle, ...], evidence: CellEvidence, weight: float, seen: FrameGround
+    ) -> None:
+        if not found and not self.vehicles.known:
+            return
+        middle, radius = extent(seen.lot)
+        sight = VehicleLook(found, evidence.in_picture, weight, self._flown_m, seen.captured, self._version)
+        self.tracker.next_id = self.vehicles.look(sight, middle, radius + _REACH_M, self.tracker.next_id)
+        self._show_vehicles(self._version - 1)
+
+    def _show_vehicles(self, since: int) -> None:
+        """Publish the vehicles that were looked at after a version."""
+        changed = dict(self.vehicles.shown(since))
+        news = {number: vehicle for number, vehicle in changed.items() if vehicle is not None}
+        self._vehicles = self._vehicles.changed(news, changed.keys() - news.keys())
 
     def _show_stalls(self) -> None:
         rows = self.tracker.rows

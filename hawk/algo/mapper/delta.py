@@ -22,6 +22,7 @@ GRID = "grid"
 MOSAIC = "mosaic"
 STALL = "stall"
 SUGGESTION = "suggestion"
+VEHICLE = "vehicle"
 
 
 @dataclass(frozen=True, slots=True)

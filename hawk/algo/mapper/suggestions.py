@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Final
 
@@ -18,8 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Floats, Grid, Mask, Window
-from hawk.algo.mapper.delta import Recent
-from hawk.algo.mapper.table import Square, square_of, squares_about
+from hawk.algo.mapper.square_index import SquareIndex
 from hawk.algo.vision import quads
 from hawk.model.lot_map import Stall, StallState
 
@@ -191,71 +190,43 @@ class Sight:
     version: int
 
 
-class Suggestions:
-    """The places on which cars stand, by id and by square of ground."""
-
-    def __init__(self) -> None:
-        self.known: dict[int, Suggestion] = {}
-        self.recent: Recent[int] = Recent()
-        """Those that were looked at or went, by map version."""
-        self._squares: dict[Square, set[int]] = {}
+class Suggestions(SquareIndex[Suggestion]):
+    """The places on which cars stand."""
 
     def look(self, sight: Sight, middle: tuple[float, float], reach: float, next_id: int) -> int:
         """Take one look in at the ground within reach (metres) of a place; return the next free id."""
-        here = self._about(*middle, reach)
+        here = self.about(*middle, reach)
         boxes = sight.cars
         outlines = quads.corners(boxes.north, boxes.east, boxes.angle, boxes.width, boxes.length)
         cars = boxes.take(_within(sight.in_picture, outlines))
         cars = cars.take(~on_stalls(_places(cars), cars.angle, cars.length, sight.stalls))
         seen, fresh = _pairs(here, cars)
         for one, car in seen:
-            self._put(_looked(one, cars, car, sight))
+            self.put(_looked(one, cars, car, sight))
         for car in fresh:
-            self._put(_begun(next_id, cars, car, sight))
+            self.put(_begun(next_id, cars, car, sight))
             next_id += 1
         matched = {one.id for one, _ in seen}
         for one in _left([one for one in here if one.id not in matched], sight):
-            self._remove(one.id, sight.version)
+            self.remove(one.id, sight.version)
         self._make_room(middle, reach, sight)
         return next_id
 
     def forget_younger(self, born_m: float, version: int) -> None:
         """Forget what was found after this distance flown: its place on the map was not known."""
         for one in [one for one in self.known.values() if one.born_m > born_m]:
-            self._remove(one.id, version)
+            self.remove(one.id, version)
 
     def restore(self, suggestion: Suggestion, version: int) -> None:
         """Restore one of an earlier run; the next look at it begins another pass."""
-        self._put(replace(suggestion, born_m=0.0, flown_m=0.0, version=version))
-
-    def changed_since(self, version: int) -> Iterator[tuple[int, Suggestion | None]]:
-        """Yield those that were looked at after a version, None for those that went."""
-        for number in self.recent.since(version):
-            yield number, self.known.get(number)
+        self.put(replace(suggestion, born_m=0.0, flown_m=0.0, version=version))
 
     def _make_room(self, middle: tuple[float, float], reach: float, sight: Sight) -> None:
         """Remove the places that known stalls have come to cover."""
-        about = self._about(*middle, reach)
+        about = self.about(*middle, reach)
         angle, length = (np.array([getattr(one, name) for one in about], np.float64) for name in ("angle", "length"))
         for k in np.flatnonzero(on_stalls(_places(about), angle, length, sight.stalls)).tolist():
-            self._remove(about[k].id, sight.version)
-
-    def _about(self, north: float, east: float, reach: float) -> list[Suggestion]:
-        ids = [number for square in squares_about(north, east, reach) for number in self._squares.get(square, ())]
-        return [self.known[number] for number in ids]
-
-    def _put(self, one: Suggestion) -> None:
-        before = self.known.get(one.id)
-        if before is not None:
-            self._squares[square_of(before.north, before.east)].discard(one.id)
-        self.known[one.id] = one
-        self._squares.setdefault(square_of(one.north, one.east), set()).add(one.id)
-        self.recent.note(one.id, one.version)
-
-    def _remove(self, number: int, version: int) -> None:
-        one = self.known.pop(number)
-        self._squares[square_of(one.north, one.east)].discard(number)
-        self.recent.note(number, version)
+            self.remove(about[k].id, sight.version)
 
 
 def _within(in_picture: InPicture, corners: Floats) -> NDArray[np.bool_]:

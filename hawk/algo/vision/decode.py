@@ -1,7 +1,8 @@
-"""From the network's maps to stalls: every core cell votes for its stall's centre; where votes meet, a stall is.
+"""From the network's maps to stalls or vehicles: every core cell votes for its centre; where votes meet, one is.
 
-The votes' mean gives place and direction, the spread of the voters gives the size (a uniform distribution of width w
-has variance w^2 / 12), the maps under the rectangle give its score and the probability that it is taken.
+The votes' mean gives place and direction, the spread of the voters gives a stall's size (a uniform distribution of
+width w has variance w^2 / 12) and their mean a vehicle's, which a crown may hide in part. The maps under the rectangle
+give its score, and the probability that a stall is taken.
 """
 
 from __future__ import annotations
@@ -15,19 +16,10 @@ from numpy.typing import NDArray
 
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import Detection, FloatArray, GroundImage
-from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray, NetworkMaps
+from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray
 
-_CORE_LIMIT = 0.35
-_PEAK_LIMIT = 0.25
-_PEAK_SIGMA = 1.8
-_PEAK_REACH = 4.0
-_MINIMUM_VOTERS = 12
-_OVERLAP_LIMIT = 0.3
-_WIDTH_M = (1.4, 4.6)
-_LENGTH_M = (3.0, 9.0)
 _SAMPLES = (7, 13)
-_BEYOND_CELLS = 15
-"""Distance beyond the maps, cells, at which the centre of a stall that is partly visible may lie."""
+_MINIMUM_VOTERS = 12
 _LEAST_SHOWN = 0.3
 """Below this visible share of its core a stall is not judged by the core."""
 _CORE_OF_STALLS = (0.5, 0.9)
@@ -65,6 +57,55 @@ class Stalls:
         return quads.corners(self.column, self.row, self.angle, self.width, self.length)
 
 
+@dataclass(frozen=True, slots=True)
+class VoteRules:
+    """Rules by which the cells of one kind of object vote; lengths in cells but for those in metres.
+
+    ``core_limit``: a cell votes from this probability. ``peak_limit``: density of votes at a centre, 1 for a whole
+    object. ``reach``: from a centre to its voters' votes. ``beyond``: how far outside the maps the centre of an object
+    that is partly visible may lie. ``overlap``: of two that share more than this the better one stays.
+    ``is_size_voted``: the size is the mean of the votes, not the spread of the voters.
+    """
+
+    width_m: tuple[float, float]
+    length_m: tuple[float, float]
+    beyond: int
+    core_limit: float = 0.35
+    peak_limit: float = 0.25
+    sigma: float = 1.8
+    reach: float = 4.0
+    overlap: float = 0.3
+    is_size_voted: bool = False
+
+
+STALL_RULES: Final = VoteRules(width_m=(1.4, 4.6), length_m=(3.0, 9.0), beyond=15)
+
+
+class VoteMaps(Protocol):
+    """Maps, each (rows, columns), by which cells vote: see `NetworkMaps`."""
+
+    @property
+    def core(self) -> MapArray: ...  # noqa: D102 - as in `NetworkMaps`
+
+    @property
+    def sine(self) -> MapArray: ...  # noqa: D102
+
+    @property
+    def cosine(self) -> MapArray: ...  # noqa: D102
+
+    @property
+    def offset_column(self) -> MapArray: ...  # noqa: D102
+
+    @property
+    def offset_row(self) -> MapArray: ...  # noqa: D102
+
+    @property
+    def width(self) -> MapArray: ...  # noqa: D102
+
+    @property
+    def length(self) -> MapArray: ...  # noqa: D102
+
+
 class StateMaps(Protocol):
     """Maps, each (rows, columns), that say whether a stall is taken: see `NetworkMaps`."""
 
@@ -78,25 +119,26 @@ class StateMaps(Protocol):
     def car(self) -> MapArray: ...  # noqa: D102
 
 
-def vote(maps: NetworkMaps, cell_m: float, shown: NDArray[np.float32] | None = None) -> Stalls:
-    """Return the stalls that the maps show; ``cell_m`` is the side of a cell in metres.
+def vote(
+    maps: VoteMaps, cell_m: float, shown: NDArray[np.float32] | None = None, rules: VoteRules = STALL_RULES
+) -> Stalls:
+    """Return the stalls, or the vehicles by `VEHICLE_RULES`, that the maps show; ``cell_m`` is a cell's side in metres.
 
-    ``shown`` is 1 in the cells that can be seen, 0 elsewhere; None: all can. Stalls that reach beyond them, or beyond
+    ``shown`` is 1 in the cells that can be seen, 0 elsewhere; None: all can. Objects that reach beyond them, or beyond
     the maps, are judged by their visible part, and their centres may lie there.
     """
     shown = np.ones_like(maps.core) if shown is None else shown
     core = maps.core * shown
-    rows, columns = np.nonzero(core > _CORE_LIMIT)
-    voters = _Voters(maps, core, rows, columns, cell_m)
-    size = (core.shape[0] + 2 * _BEYOND_CELLS, core.shape[1] + 2 * _BEYOND_CELLS)
-    peaks = _peaks(voters, size)
+    voters = _Voters(maps, core, cell_m, rules)
+    size = (core.shape[0] + 2 * rules.beyond, core.shape[1] + 2 * rules.beyond)
+    peaks = _peaks(voters, size, rules)
     if not len(peaks[0]):
         return Stalls(*[np.zeros(0)] * 6)
-    found = _gather(voters, peaks, size)
-    found = replace(found, column=found.column - _BEYOND_CELLS, row=found.row - _BEYOND_CELLS)
-    fits = _between(found.width * cell_m, _WIDTH_M) & _between(found.length * cell_m, _LENGTH_M)
+    found = _gather(voters, peaks, size, rules)
+    found = replace(found, column=found.column - rules.beyond, row=found.row - rules.beyond)
+    fits = _between(found.width * cell_m, rules.width_m) & _between(found.length * cell_m, rules.length_m)
     found = _weigh(found[fits], core, shown)
-    return found[quads.suppress(found.corners(), found.score, _OVERLAP_LIMIT)]
+    return found[quads.suppress(found.corners(), found.score, rules.overlap)]
 
 
 def occupancy(maps: StateMaps, stalls: Stalls) -> FloatArray:
@@ -152,42 +194,41 @@ def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Det
     """Return stalls, given in cells of the raster ``ground``, in metres of the map."""
     if not len(stalls):
         return ()
-    linear, side = ground.to_map[:, :2], ground.metres_per_pixel
-    place = ground.map_points(np.stack([stalls.column, stalls.row], -1))
-    long = np.stack([np.cos(stalls.angle), np.sin(stalls.angle)], -1) @ linear.T
-    angle = np.arctan2(long[:, 1], long[:, 0]) % np.pi
+    side = ground.metres_per_pixel
+    place, angle = ground.map_points(np.stack([stalls.column, stalls.row], -1)), ground.map_angle(stalls.angle)
     visible = sample(ground.valid, sample_points(stalls)).mean(axis=1)
     table = np.column_stack([place, angle, stalls.width * side, stalls.length * side, stalls.score, taken, visible])
     return tuple(Detection(*line) for line in table.tolist())
 
 
 class _Voters:
-    """Core cells with their votes; rows and columns start `_BEYOND_CELLS` before the maps: all centres are above 0."""
+    """Core cells with their votes; rows and columns start ``beyond`` cells before the maps: all centres are above 0."""
 
-    def __init__(
-        self, maps: NetworkMaps, core: NDArray[np.float32], rows: NDArray[Any], columns: NDArray[Any], cell_m: float
-    ) -> None:
-        self.row, self.column = rows + float(_BEYOND_CELLS), columns + float(_BEYOND_CELLS)
+    def __init__(self, maps: VoteMaps, core: NDArray[np.float32], cell_m: float, rules: VoteRules) -> None:
+        rows, columns = np.nonzero(core > rules.core_limit)
+        self.row, self.column = rows + float(rules.beyond), columns + float(rules.beyond)
         self.core = core[rows, columns].astype(np.float64)
-        area = maps.width[rows, columns] * maps.length[rows, columns] * (CORE_SHARE**2 / cell_m**2)
-        self.weight = self.core / area  # all voters of a whole stall together weigh about 1
+        self.width, self.length = maps.width[rows, columns] / cell_m, maps.length[rows, columns] / cell_m
+        self.weight = self.core / (self.width * self.length * CORE_SHARE**2)  # all of a whole one weigh about 1
         self.centre_column = self.column + maps.offset_column[rows, columns]
         self.centre_row = self.row + maps.offset_row[rows, columns]
         self.sine, self.cosine = maps.sine[rows, columns], maps.cosine[rows, columns]
 
 
-def _peaks(voters: _Voters, size: tuple[int, ...]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _peaks(voters: _Voters, size: tuple[int, ...], rules: VoteRules) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return rows and columns of the maxima of the density of votes."""
     cells = _cell(voters, size)
     votes = np.bincount(cells, voters.weight, size[0] * size[1]).reshape(size).astype(np.float32)
-    density = cv2.GaussianBlur(votes, (0, 0), _PEAK_SIGMA) * np.float32(2 * np.pi * _PEAK_SIGMA**2)
+    density = cv2.GaussianBlur(votes, (0, 0), rules.sigma) * np.float32(2 * np.pi * rules.sigma**2)
     highest = cv2.dilate(density, np.ones((7, 7), np.uint8))
-    rows, columns = np.nonzero((density == highest) & (density > _PEAK_LIMIT))
+    rows, columns = np.nonzero((density == highest) & (density > rules.peak_limit))
     return rows, columns
 
 
-def _gather(voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, ...]) -> Stalls:
-    """Give every vote to the nearest peak within reach, and describe the stall of each peak by its voters."""
+def _gather(
+    voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, ...], rules: VoteRules
+) -> Stalls:
+    """Give every vote to the nearest peak within reach, and describe the object of each peak by its voters."""
     away = np.full(size, 255, np.uint8)
     away[peaks] = 0
     _, nearest = cv2.distanceTransformWithLabels(away, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
@@ -195,7 +236,7 @@ def _gather(voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], s
     order[nearest[peaks]] = np.arange(len(peaks[0]))
     owner = order[nearest.reshape(-1)[_cell(voters, size)]]
     apart = np.hypot(voters.centre_column - peaks[1][owner], voters.centre_row - peaks[0][owner])
-    mine = apart < _PEAK_REACH
+    mine = apart < rules.reach
     owner, count = owner[mine], len(peaks[0])
 
     def total(values: FloatArray) -> FloatArray:
@@ -208,19 +249,27 @@ def _gather(voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], s
         total(voters.weight * voters.centre_column) / weight,
         total(voters.weight * voters.centre_row) / weight,
     )
-    turned = np.cos(angle), np.sin(angle)
-    from_column, from_row = voters.column[mine] - column[owner], voters.row[mine] - row[owner]
-    along = from_column * turned[0][owner] + from_row * turned[1][owner]
-    across = -from_column * turned[1][owner] + from_row * turned[0][owner]
-    core = voters.core[mine]
-    mass = np.maximum(np.bincount(owner, core, count), 1e-9)
+    if rules.is_size_voted:
+        width, length = total(voters.weight * voters.width) / weight, total(voters.weight * voters.length) / weight
+    else:
+        from_column, from_row = voters.column[mine] - column[owner], voters.row[mine] - row[owner]
+        width, length = _spread(from_column, from_row, voters.core[mine], owner, angle)
+    score = np.minimum(weight, 1.0) * np.minimum(np.hypot(sine, cosine), 1.0)
+    found = Stalls(column, row, angle, width, length, score)
+    return found[np.bincount(owner, minlength=count) >= _MINIMUM_VOTERS]
+
+
+def _spread(
+    from_column: FloatArray, from_row: FloatArray, core: FloatArray, owner: NDArray[np.intp], angle: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return width and length of each object by the spread of its cells, which lie so far from its centre."""
+    cosine, sine = np.cos(angle)[owner], np.sin(angle)[owner]
+    mass = np.maximum(np.bincount(owner, core, len(angle)), 1e-9)
 
     def extent(distance: FloatArray) -> FloatArray:
-        return np.asarray(np.sqrt(12 * np.bincount(owner, distance**2 * core, count) / mass + 1) / CORE_SHARE)
+        return np.asarray(np.sqrt(12 * np.bincount(owner, distance**2 * core, len(angle)) / mass + 1) / CORE_SHARE)
 
-    score = np.minimum(weight, 1.0) * np.minimum(np.hypot(sine, cosine), 1.0)
-    found = Stalls(column, row, angle, extent(across), extent(along), score)
-    return found[np.bincount(owner, minlength=count) >= _MINIMUM_VOTERS]
+    return extent(from_row * cosine - from_column * sine), extent(from_column * cosine + from_row * sine)
 
 
 def _weigh(stalls: Stalls, core: NDArray[np.float32], shown: NDArray[np.float32]) -> Stalls:

@@ -14,6 +14,7 @@ from hawk.algo.topic_interface import AlgorithmTopicInterface, FrameCamera
 from hawk.model.operation import Health
 from hawk.model.pictures import StallSize
 from hawk.model.poses import MapPose
+from hawk.model.vehicles import VehicleKind
 
 FloatArray = NDArray[np.float64]
 
@@ -58,6 +59,11 @@ class GroundImage:
         """Return a vector of (north, east) as (2,) along columns and rows, metres."""
         return np.asarray(np.linalg.solve(self.to_map[:, :2] / self.metres_per_pixel, np.asarray(metres)))
 
+    def map_angle(self, angle: FloatArray) -> FloatArray:
+        """Return directions (N,) of the map, [0, pi) clockwise from north, for those of pixels (atan2 of row, col)."""
+        long = np.stack([np.cos(angle), np.sin(angle)], -1) @ self.to_map[:, :2].T
+        return np.asarray(np.arctan2(long[:, 1], long[:, 0]) % np.pi)
+
     def pixel_points(self, points: FloatArray) -> FloatArray:
         """Return (..., 2) of (col, row) for (..., 2) of (north, east)."""
         return np.asarray((points - self.to_map[:, 2]) @ np.linalg.inv(self.to_map[:, :2]).T)
@@ -82,11 +88,28 @@ class Detection:
 
 
 @dataclass(frozen=True, slots=True)
+class Vehicle:
+    """A vehicle found in one picture: an oriented rectangle on the ground, metres.
+
+    ``angle`` and ``visible`` as of `Detection`; ``probability`` that it is one.
+    """
+
+    kind: VehicleKind
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    probability: float
+    visible: float
+
+
+@dataclass(frozen=True, slots=True)
 class Found:
     """Stalls of one rectified picture with float32 probabilities (0..1) at 0.2 m.
 
     ``lot`` is parking lot, ``car`` is car, ``core`` is the inner part of a stall, ``taken`` is that a stall there is
-    taken.
+    taken. ``vehicles``: none of a network that does not know them.
     """
 
     stalls: tuple[Detection, ...]
@@ -94,6 +117,7 @@ class Found:
     car: GroundImage = field(repr=False)
     core: GroundImage = field(repr=False)
     taken: GroundImage = field(repr=False)
+    vehicles: tuple[Vehicle, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from typing import Final
 
 import cv2
@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.decode import Stalls, cell_raster, occupancy, to_seen, vote
-from hawk.algo.vision.detection import Found, GroundImage
-from hawk.algo.vision.network import CELL_PIXELS, Blob, Engine, NetworkMaps, StallNetwork, sun_input
+from hawk.algo.vision.detection import Found, GroundImage, Vehicle
+from hawk.algo.vision.network import CELL_PIXELS, Blob, Engine, NetworkMaps, StallNetwork, VehicleMaps, sun_input
+from hawk.algo.vision.vehicles import vehicles_of
 
 BEYOND_CELLS: Final = 16
 """Cells beyond a picture's end that the network is shown in the usual colour of its ground, 3.2 m: at an end it takes
@@ -51,7 +52,12 @@ class Look:
         lot, car, taken_map = (
             GroundImage(values, cells.to_map, cells.valid) for values in (maps.lot, maps.car, maps.taken)
         )
-        return Found(to_seen(self.stalls, taken, cells), lot=lot, car=car, core=cells, taken=taken_map)
+        stalls = to_seen(self.stalls, taken, cells)
+        vehicles = () if maps.vehicles is None else self._vehicles(maps.vehicles)
+        return Found(stalls, lot=lot, car=car, core=cells, taken=taken_map, vehicles=vehicles)
+
+    def _vehicles(self, maps: VehicleMaps) -> tuple[Vehicle, ...]:
+        return vehicles_of(maps, self.cells.metres_per_pixel, self.shown).on_ground(self.cells)
 
 
 class StallDetector:
@@ -104,8 +110,7 @@ class StallDetector:
         maps = self._network.run(np.asarray(around, np.uint8), sun)
         rows, columns = (-(-side // CELL_PIXELS) for side in image.shape[:2])
         first = top // CELL_PIXELS, left // CELL_PIXELS
-        own = slice(first[0], first[0] + rows), slice(first[1], first[1] + columns)
-        return replace(maps, **{f.name: np.ascontiguousarray(getattr(maps, f.name)[own]) for f in fields(maps)})
+        return maps.part(slice(first[0], first[0] + rows), slice(first[1], first[1] + columns))
 
 
 @contextmanager

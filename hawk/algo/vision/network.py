@@ -1,17 +1,19 @@
-"""The network that looks for stalls: an ONNX file run by one of the engines.
+"""The network that looks for stalls and vehicles: an ONNX file run by one of the engines.
 
 Input ``image``: float32 (1, 3, H, W), blue-green-red, value / 255 - 0.5, 0.1 m a pixel, H and W multiples of 32. Input
 ``sun``: float32 (1, 2), as `sun_input` gives it, 0 where the sun is not known; a network need not have it.
-Output: float32 (1, 12, H/2, W/2); cell (c, r) belongs to input pixel (2 c, 2 r). Channels: logits of lot, stall core
+Output: float32 (1, 23, H/2, W/2); cell (c, r) belongs to input pixel (2 c, 2 r). Channels: logits of lot, stall core
 (the inner 74 % of a stall) and car; sin and cos of twice the direction of the long side (atan2 of row over column);
 offset to the stall's centre, columns and rows, in units of 10 cells; logarithms of width / 2.6 m and length / 5.2 m;
-logit of taken. The last two are optional: logits of shade on the ground, and of what hides it (crowns, roofs).
+logit of taken. The next two are optional: logits of shade on the ground, and of what hides it (crowns, roofs). So are
+the last eleven, of vehicles: logit of the core, direction, offset and size as of stalls, the sizes over 1.9 m and
+4.6 m; then a logit for each of `VEHICLE_KINDS`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol
 
@@ -20,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.vision.network_file import VisionModelError, packaged_weights, read_weights
+from hawk.model.vehicles import VehicleKind
 from hawk.runtime.programs import remedy
 
 Engine = Literal["opencv", "onnxruntime"]
@@ -122,20 +125,48 @@ USUAL_WIDTH_M = 2.6
 """Unit of the widths, metres."""
 USUAL_LENGTH_M = 5.2
 """Unit of the lengths, metres."""
+USUAL_VEHICLE_M: Final = (1.9, 4.6)
+"""Units of the widths and lengths of vehicles, metres."""
+VEHICLE_KINDS: Final = tuple(VehicleKind)
+"""Order of the channels of kinds."""
 CORE_SHARE = 0.74
-"""Side of a stall's core as a share of the stall's."""
+"""Side of a stall's or vehicle's core as a share of the whole: cars bumper to bumper have two cores."""
 CHANNELS = 10
 """Channels that every network has."""
 FURTHER_CHANNELS = 2
+SHAPE_CHANNELS: Final = 7
+"""Core, sine, cosine, offset to column and row, width and length."""
+VEHICLE_CHANNELS: Final = SHAPE_CHANNELS + len(VEHICLE_KINDS)
+_FORMS: Final = (CHANNELS, CHANNELS + FURTHER_CHANNELS, CHANNELS + FURTHER_CHANNELS + VEHICLE_CHANNELS)
 _MULTIPLE = 32
 _LARGEST, _OVERLAP = 576, 64
+
+
+@dataclass(frozen=True, slots=True)
+class VehicleMaps:
+    """The network's vehicles, as `NetworkMaps` has stalls; ``kinds`` (4, rows, columns) are logits of
+    `VEHICLE_KINDS`.
+    """
+
+    core: MapArray = field(repr=False)
+    sine: MapArray = field(repr=False)
+    cosine: MapArray = field(repr=False)
+    offset_column: MapArray = field(repr=False)
+    offset_row: MapArray = field(repr=False)
+    width: MapArray = field(repr=False)
+    length: MapArray = field(repr=False)
+    kinds: MapArray = field(repr=False)
+
+    def part(self, rows: slice, columns: slice) -> VehicleMaps:
+        """Return the maps of a part of the picture, given in cells."""
+        return VehicleMaps(*(np.ascontiguousarray(getattr(self, f.name)[..., rows, columns]) for f in fields(self)))
 
 
 @dataclass(frozen=True, slots=True)
 class NetworkMaps:
     """Output of the network, each (rows, columns) at `CELL_PIXELS` a cell; ``lot``, ``core``, ``car``, ``taken``,
     ``shade`` and ``cover`` are probabilities, the rest as in the module's description, with offsets in cells and sizes
-    in metres. ``shade`` and ``cover`` are 0 where the network does not say them.
+    in metres. ``shade`` and ``cover`` are 0 where the network does not say them, ``vehicles`` are None then.
     """
 
     lot: MapArray = field(repr=False)
@@ -150,6 +181,16 @@ class NetworkMaps:
     taken: MapArray = field(repr=False)
     shade: MapArray = field(repr=False)
     cover: MapArray = field(repr=False)
+    vehicles: VehicleMaps | None = field(default=None, repr=False)
+
+    def part(self, rows: slice, columns: slice) -> NetworkMaps:
+        """Return the maps of a part of the picture, given in cells."""
+        changes: dict[str, Any] = {
+            f.name: np.ascontiguousarray(getattr(self, f.name)[rows, columns])
+            for f in fields(self)
+            if f.name != "vehicles"
+        }
+        return replace(self, **changes, vehicles=None if self.vehicles is None else self.vehicles.part(rows, columns))
 
 
 class StallNetwork:
@@ -225,8 +266,7 @@ class StallNetwork:
         except EngineError as error:
             raise VisionModelError(f"vision.model: {self._source} cannot be run: {error}") from error
         expected = (1, CHANNELS, padded.shape[0] // CELL_PIXELS, padded.shape[1] // CELL_PIXELS)
-        further = (1, CHANNELS + FURTHER_CHANNELS, *expected[2:])
-        if output.shape not in (expected, further):
+        if output.shape not in [(1, channels, *expected[2:]) for channels in _FORMS]:
             raise VisionModelError(
                 f"vision.model: {self._source} answers with shape {output.shape} where {expected} is needed; "
                 "docs/model-card.md describes inputs and outputs"
@@ -244,10 +284,10 @@ def sun_input(cast: NDArray[np.floating[Any]]) -> NDArray[np.float32]:
 
 
 def maps_from_output(output: MapArray) -> NetworkMaps:
-    """Turn the network's raw output (10 or 12, rows, columns) into probabilities, cells and metres."""
+    """Turn the network's raw output (10, 12 or 23, rows, columns) into probabilities, cells and metres."""
     lot, core, car, sine, cosine, column, row, width, length, taken = output[:CHANNELS]
-    is_said = len(output) > CHANNELS
-    shade, cover = _sigmoid(output[CHANNELS:]) if is_said else np.zeros((FURTHER_CHANNELS, *lot.shape), np.float32)
+    further, vehicles = output[CHANNELS : CHANNELS + FURTHER_CHANNELS], output[CHANNELS + FURTHER_CHANNELS :]
+    shade, cover = _sigmoid(further) if len(further) else np.zeros((FURTHER_CHANNELS, *lot.shape), np.float32)
     return NetworkMaps(
         lot=_sigmoid(lot),
         core=_sigmoid(core),
@@ -261,6 +301,22 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
         taken=_sigmoid(taken),
         shade=shade,
         cover=cover,
+        vehicles=_vehicle_maps(vehicles) if len(vehicles) else None,
+    )
+
+
+def _vehicle_maps(output: MapArray) -> VehicleMaps:
+    core, sine, cosine, column, row, width, length = output[:SHAPE_CHANNELS]
+    usual_width, usual_length = (np.float32(side) for side in USUAL_VEHICLE_M)
+    return VehicleMaps(
+        core=_sigmoid(core),
+        sine=sine,
+        cosine=cosine,
+        offset_column=column * np.float32(OFFSET_CELLS),
+        offset_row=row * np.float32(OFFSET_CELLS),
+        width=usual_width * np.exp(np.clip(width, -1, 1)),
+        length=usual_length * np.exp(np.clip(length, -1.5, 1.5)),
+        kinds=output[SHAPE_CHANNELS:],
     )
 
 

@@ -30,12 +30,14 @@ _FAR_M = 20.0
 class Drawn:
     """A drawn place: ``ground`` is BGR float32 (0..255) with shadows, ``layers`` are the things that stand on it.
 
-    ``shade`` (0..1) is the depth of the shadows on the ground.
+    ``shade`` (0..1) is the depth of the shadows on the ground. ``vehicles`` are kinds with the four corners (metres)
+    of their bodies on the ground, the short ends first and last.
     """
 
     ground: Floats
     layers: tuple[HeightLayer, ...]
     shade: Floats
+    vehicles: tuple[tuple[str, Points], ...] = ()
 
 
 class Looks:
@@ -94,6 +96,8 @@ def draw_plan(
     for shade in plan.shades:
         shadows.add_block(shade, 0.0, tall=True)
     layers = _draw_standing(plan, canvas, shadows, sun, streams, looks)
+    vehicles, sprites = _draw_vehicles(plan, canvas, shadows, sun, streams, looks)
+    layers += sprites
     for block in plan.blocks:
         if canvas.touches(block.polygon, _margin(4.0, block.height, sun)):
             shadows.add_block(block.polygon, block.height)
@@ -102,7 +106,7 @@ def draw_plan(
     if plan.lamps is not None:
         plan.lamps.light(canvas)
         layers = plan.lamps.light_layers(layers)
-    return Drawn(canvas.image, tuple(layers), depth)
+    return Drawn(canvas.image, tuple(layers), depth, vehicles)
 
 
 def draw_surface(canvas: Canvas, surface: Surface, rng: np.random.Generator, looks: Looks = AS_DRAWN) -> Patch | None:
@@ -192,12 +196,13 @@ def _draw_standing(
             shadows.add_crown(tree.x, tree.y, tree.radius, tree.height, crown)
     for post in plan.posts:
         layers += _draw_post(post, canvas, shadows, sun)
-    return layers + _draw_vehicles(plan, canvas, shadows, sun, streams, looks)
+    return layers
 
 
 def _draw_vehicles(
     plan: SitePlan, canvas: Canvas, shadows: Shadows, sun: Sun, streams: Streams, looks: Looks
-) -> list[HeightLayer]:
+) -> tuple[tuple[tuple[str, Points], ...], list[HeightLayer]]:
+    """Return the vehicles in sight, as in `Drawn`, and their layers."""
     drawn: list[tuple[Vehicle, VehicleModel]] = []
     for vehicle in plan.vehicles:
         margin = max(6.0, length_m(vehicle.kind) / 2, _margin(0.0, 4.0, sun))
@@ -211,9 +216,11 @@ def _draw_vehicles(
             shadows.add_block(footprint, model.height * 0.85)
             canvas.gain(canvas.patch(footprint, soften=0.12), 0.35)  # it is dark under a car
     among = ShadowsAmong(drawn, sun)
-    return [
+    layers = [
         _sprite_layer(vehicle, model, sprite, shadows, among) for vehicle, model in drawn for sprite in model.sprites
     ]
+    bodies = [(one.kind, outline(one.x, one.y, one.heading, model.length, model.width)) for one, model in drawn]
+    return tuple(bodies), layers
 
 
 def _sprite_layer(

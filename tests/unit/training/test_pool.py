@@ -26,6 +26,7 @@ def drawn(*stalls: SceneStall) -> Scene:
         np.zeros((64, 80), np.uint8),
         np.zeros((64, 80), np.uint8),
         stalls,
+        (),
         0.1,
         np.array([0.5, -1.0]),
     )

@@ -152,7 +152,9 @@ def test_a_stall_under_a_crown_is_judged_where_its_row_shows_it() -> None:
     stall = SceneStall(np.zeros((4, 2)), False, True, False, True, 1.0, 0.9, "perpendicular")
     stalls = (stall, replace(stall, implied=True), replace(stall, implied=True, lines_visible=False))
     blank = np.zeros((64, 64), np.uint8)
-    kept = training_scene(Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, blank, stalls, 0.1, np.zeros(2)))
+    kept = training_scene(
+        Scene(np.zeros((64, 64, 3), np.uint8), blank, blank, blank, blank, stalls, (), 0.1, np.zeros(2))
+    )
     assert kept.judged.tolist() == [False, True, False]
 
 

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ SIZE = (160, 240)
 def ideal_maps(stalls: list[Numbers], taken: Collection[int] = (), noise: float = 0.0) -> NetworkMaps:
     """Return the output of a perfect network for stalls (column, row, angle, width, length) in cells."""
     rng = np.random.default_rng(3)
-    maps = {name: np.zeros(SIZE, np.float32) for name in NetworkMaps.__slots__}
+    maps: dict[str, Any] = {name: np.zeros(SIZE, np.float32) for name in NetworkMaps.__slots__ if name != "vehicles"}
     maps["width"][:], maps["length"][:] = 2.6, 5.2
     rows, columns = np.indices(SIZE, dtype=float)
     for k, (column, row, angle, width, length) in enumerate(stalls):

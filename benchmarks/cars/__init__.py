@@ -1,0 +1,1 @@
+"""Vehicles of real pictures: recall, precision and calibration (``python -m benchmarks.cars``)."""

@@ -1,0 +1,51 @@
+"""Vehicles on the map: objects beside the stalls, each of one survey only."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class VehicleKind(StrEnum):
+    """Class of a vehicle. A bus is a lorry, a camper a van, a caravan a trailer."""
+
+    CAR = "car"
+    VAN = "van"
+    LORRY = "lorry"
+    TRAILER = "trailer"
+
+
+@dataclass(frozen=True, slots=True)
+class MapVehicle:
+    """A vehicle on the map: an oriented rectangle, the body on the ground without its shadow.
+
+    ``angle`` is the direction of the long side in [0, pi), clockwise from north; ``probability`` that it is a vehicle
+    and stands there still; ``looks``: how many showed it. ``stood_s``: seconds of the flight between the first and the
+    last of them: a vehicle that drives is gone at the next. ``version`` rises when its shown content changes.
+    """
+
+    id: int
+    kind: VehicleKind
+    north: float
+    east: float
+    angle: float
+    width: float
+    length: float
+    probability: float
+    looks: int
+    stood_s: float
+    last_seen: float
+    version: int
+
+    def corners(self) -> NDArray[np.float64]:
+        """Return the four corners, (4, 2) of (north, east) metres, a short side first."""
+        along = np.array([math.cos(self.angle), math.sin(self.angle)]) * self.length / 2
+        across = np.array([-math.sin(self.angle), math.cos(self.angle)]) * self.width / 2
+        centre = np.array([self.north, self.east])
+        return np.array(
+            [centre - along - across, centre - along + across, centre + along + across, centre + along - across]
+        )
