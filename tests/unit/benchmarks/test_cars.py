@@ -23,7 +23,7 @@ def scene(*vehicles: dict[str, object]) -> CarScene:
 
 
 class Eye:
-    """Finds what it is told, each surely."""
+    """Finds what it is given, each surely."""
 
     def __init__(self, *places: tuple[float, float], probability: float = 0.9) -> None:
         quads = [box(x, y)["corners_m"] for x, y in places]
@@ -59,7 +59,7 @@ def test_a_doubtful_find_does_not_count_but_its_probability_is_judged() -> None:
     assert counts.judged[0].true.tolist() == [True]
 
 
-def test_recall_is_told_by_ground_and_kerb() -> None:
+def test_recall_is_by_ground_and_kerb() -> None:
     given = scene(box(10, 10, ground="crown"), box(20, 20, ground="shade", kerb=True), box(30, 30))
     counts = measure(Eye((20, 20), (30, 30)), given)
     assert counts.groups == {"open": (1, 1), "shade": (1, 1), "crown": (0, 1), "kerb": (1, 1)}
