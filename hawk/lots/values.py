@@ -228,7 +228,8 @@ class FinishedSurvey:
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
     without the suggested ones, but with the extra ones. ``seen_ground``: all that was seen, of the lot or beside it.
     ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
-    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
+    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number. ``beside``: outlines of the
+    other lots near by, where a person gave those of several lots, this one among them; None: nobody did.
     """
 
     name: str
@@ -244,6 +245,7 @@ class FinishedSurvey:
     accuracy: float | None = None
     pictures: PictureSource | None = None
     title: str = ""
+    beside: tuple[Outline, ...] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
