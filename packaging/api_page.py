@@ -55,6 +55,8 @@ standard. A lot has the time of its last survey, a stall that of the last look a
 """
 _LEAST_CONTAINED: Final = 3
 """Fields of a value that a larger one names as a whole."""
+_OFTEN: Final = 4
+"""Parameters from which on an address whose query is an earlier one's names that address."""
 _LIST: Final = ("limit", "after")
 """Parameters of every list."""
 
@@ -141,7 +143,7 @@ def _operation(
     address: str, operation: Mapping[str, Any], schemas: Mapping[str, Any], shared: set[tuple[str, str]],
     said: dict[str, str],
 ) -> str:  # fmt: skip
-    """Return the lines of an address; one that answers as an earlier one does (``said``) names that one."""
+    """Return the lines of an address; one that answers, or is asked, as an earlier one (``said``) names that."""
     answers = operation["responses"]["200"]["content"]
     found = [each["schema"] for each in answers.values() if "schema" in each]
     answer = _answer(found[0], schemas) if found else f"a file: {', '.join(f'`{each}`' for each in answers)}"
@@ -157,10 +159,14 @@ def _operation(
         raise ValueError(f"{address}: a list without {' and '.join(_LIST)}")
     left_out = _LIST if is_list else ()
     short = [f"`{name}`" for name, text in parameters if (name, text) in shared and name not in left_out]
-    words += f". Query: {', '.join(short)}.\n" if short else ".\n"
-    words += "".join(f"  - `{name}`: {text}\n" for name, text in parameters if (name, text) not in shared)
-    former = said.setdefault(words, address)
-    return f"- `{address}`: {words}".rstrip() if former == address else f"- `{address}`: As `{former}`."
+    query = ", ".join(short)
+    more = "".join(f"  - `{name}`: {text}\n" for name, text in parameters if (name, text) not in shared)
+    former = said.setdefault("\n".join([words, query, more]), address)
+    if former != address:
+        return f"- `{address}`: As `{former}`."
+    asked = said.setdefault(query, address) if len(short) > _OFTEN else address
+    words += f". Query: {query if asked == address else f'as `{asked}`'}.\n" if short else ".\n"
+    return f"- `{address}`: {words}{more}".rstrip()
 
 
 def _answer(schema: Mapping[str, Any], schemas: Mapping[str, Any]) -> str:

@@ -31,8 +31,6 @@ EXAMPLES: Final = ("packaging/check_wording.py", "tests/unit/packaging/test_chec
 """Files that hold private words as examples: only their prose is read."""
 
 EXCEPTIONS: Final = {
-    ("tests/unit/benchmarks/test_again.py", "way"): "keys of the JSON that others read",
-    ("tests/unit/benchmarks/test_again.py", "told"): "keys of the JSON that others read",
     ("hawk/model/operation.py", "way"): "the key in journals of versions before 0.3, which must be read",
     ("tests/unit/model/test_operation.py", "way"): "the same key",
     ("hawk/lots/plan_files/osm.py", "way"): "OpenStreetMap's element",

@@ -60,7 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         pool.take_until(_SCENES)
         given = batches(pool, plan, ground, options.batches)
-        settled = settle(network, ((picture, sun) for picture, _, sun in given))
+        settled = settle(network, ((batch.picture, batch.sun) for batch in given))
     finally:
         pool.close()
     print(f"{options.out}: differs from torch by {export(settled, options.out):.1g}", flush=True)

@@ -13,6 +13,7 @@ import copy
 import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,10 +32,20 @@ from training.network import WIDTHS, StallNet, set_memory_format
 from training.pool import ScenePool
 from training.resume import load_onnx, widths_of_onnx
 from training.settings import TrainingPlan, parse, plan_of, rate
+from training.steady import STEADY_SHARE, draw_pair, unsteadiness
 from training.textures import cut_textures
 from training.widen import widen, widths_of_state
 
-Batch = tuple[Tensor, Tensor, Tensor]
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """Pictures (B, 3, H, W), targets and suns (B, 2). ``cells``: the last two pictures are a `training.steady.Pair`."""
+
+    picture: Tensor
+    target: Tensor
+    sun: Tensor
+    cells: tuple[int, int]
+
 
 _TAKEN_AT_ONCE = 4
 SCENE_OVER_CROP = 1.5
@@ -160,7 +171,7 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPl
     else:
         pool.take_until(plan.first_scenes)
         rng = np.random.default_rng((plan.seed, 2))
-        pictures = torch.cat([_batch(pool, rng, plan)[0] for _ in range(_CALIBRATION_BATCHES)])
+        pictures = torch.cat([_batch(pool, rng, plan).picture for _ in range(_CALIBRATION_BATCHES)])
         given = StallNet(widths_of_onnx(path))
         load_onnx(given, path, pictures)
     widen(given, network)
@@ -169,28 +180,31 @@ def _start_from(network: StallNet, path: Path, pool: ScenePool, plan: TrainingPl
 def learn(network: StallNet, optimiser: torch.optim.Optimizer, batch: Batch, *, bfloat16: bool) -> dict[str, float]:
     """Take one step from a batch, on the network's device; return the parts of its loss, and the ``total``."""
     device = network.answer.weight.device
-    picture, target, sun = (part.to(device, non_blocking=True) for part in batch)
+    picture, target, sun = (part.to(device, non_blocking=True) for part in (batch.picture, batch.target, batch.sun))
     with torch.autocast(device.type, torch.bfloat16, enabled=bfloat16):
         answer = network(picture, sun)
     total, parts = loss(answer.float(), target)
+    shaken = unsteadiness(answer.float(), batch.cells)
+    total = total + STEADY_SHARE * shaken
     optimiser.zero_grad()
     torch.autograd.backward(total)
     torch.nn.utils.clip_grad_norm_(network.parameters(), 5.0)
     optimiser.step()
-    return {"total": float(total.detach()), **parts}
+    return {"total": float(total.detach()), **parts, "shaken": float(shaken.detach())}
 
 
 def _batch(pool: ScenePool, rng: np.random.Generator, plan: TrainingPlan, ground: Ground | None = None) -> Batch:
-    """Return pictures, targets and suns."""
+    """Return a batch whose last two pictures show one scene, shifted: of real ground where there is any."""
     real = 0 if ground is None else round(plan.batch * plan.ground_share)
     scenes = [pool[int(rng.integers(len(pool)))] for _ in range(plan.batch - real)]
     if ground is not None:
         scenes += [ground.window(rng) for _ in range(real)]
-    samples = [sample(scene, rng, plan.side) for scene in scenes]
+    pair = draw_pair(scenes[-1], rng, plan.side)
+    samples = [*(sample(scene, rng, plan.side) for scene in scenes[:-2]), pair.first, pair.second]
     picture, target, sun = (
         torch.from_numpy(np.stack([getattr(s, name) for s in samples])) for name in ("picture", "target", "sun")
     )
-    return picture.contiguous(memory_format=torch.channels_last), target, sun
+    return Batch(picture.contiguous(memory_format=torch.channels_last), target, sun, pair.cells)
 
 
 def batches(pool: ScenePool, plan: TrainingPlan, ground: Ground | None, count: int) -> Iterator[Batch]:

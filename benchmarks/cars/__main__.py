@@ -22,9 +22,9 @@ import cv2
 
 from benchmarks.cars.eyes import ChannelEye, VehicleEye, maps_of
 from benchmarks.cars.labels import LabelError
-from benchmarks.cars.measures import CarTally, LotSection, figures, measure, read_sections
+from benchmarks.cars.measures import CarTally, LotSection, figures, flicker, measure, read_sections
 from benchmarks.cars.scenes import CarScene, at_metres, read_car_tiles, read_crossings, read_regions
-from benchmarks.figures import Figure, Section, print_and_write
+from benchmarks.figures import Figure, Section, print_and_write, share
 from benchmarks.options import folder_option, make_parser
 from benchmarks.perception.regions import left_out_option, model_for
 from hawk.algo.vision.network import StallNetwork
@@ -44,17 +44,26 @@ class CarBenchmark:
         return self._networks[model_for(self._left_out, name) or self._model]
 
     def sections(self, key: str, scenes: Iterable[CarScene], parts: Sequence[LotSection] = ()) -> list[Section]:
-        """Return the table of some pictures: all together, and recall and precision of each."""
+        """Return the table of some pictures: all together, and recall and precision of each region."""
         found, former, rows = CarTally(), CarTally(), []
         for scene in scenes:
             network = self.network(scene.name)
             one = measure(VehicleEye(network), scene, parts)
             found, former = found + one, former + measure(ChannelEye(network), scene, parts)
+            if not parts:
+                continue
             rows += [
                 row for row in figures(one, f"{key}_{scene.name}") if row.text in ("labels", "recall", "precision")
             ]
             print(f"  {scene.name:28s} {one.labels:4d} labels, {one.matched} found, {one.found - one.matched} false")
         return [Section(key, [*figures(found, key, former), *rows])] if found.labels else []
+
+    def flickering(self, scenes: Iterable[CarScene]) -> Section:
+        """Return the share of the vehicles found that some shifts of the picture by a few pixels lose."""
+        counts = [flicker(VehicleEye(self.network(scene.name)), scene) for scene in scenes]
+        lost, found = (sum(each) for each in zip(*counts, strict=True))
+        rows = [Figure("cars_flicker", "lost by some of eight shifts, of those found", share(lost, found))]
+        return Section("shifted by some pixels", rows)
 
 
 def invented(benchmark: CarBenchmark, scenes: Iterable[CarScene]) -> Section:
@@ -86,7 +95,8 @@ def _tables(benchmark: CarBenchmark, options: argparse.Namespace) -> list[Sectio
     crossings = list(read_crossings(options.crossings)) if options.crossings else []
     if crossings:
         given.append(("cars_crossings", crossings, ()))
-    tables = [table for key, scenes, these in given for table in benchmark.sections(key, scenes, these)]
+    tables = [benchmark.flickering(given[0][1])] if options.shifts and given else []
+    tables += [table for key, scenes, these in given for table in benchmark.sections(key, scenes, these)]
     for metres in options.metres:
         for key, scenes, these in given:
             coarse = [scene for one in scenes if (scene := at_metres(one, metres)) is not None]
@@ -104,6 +114,7 @@ def _parser() -> argparse.ArgumentParser:
         "--left-out", action="append", default=[], type=left_out_option, metavar="FILE=PATTERN",
         help="a network that was not trained on the regions of these names looks at them",
     )  # fmt: skip
+    parser.add_argument("--shifts", action="store_true", help="look at the first of these in eight shifts, too")
     parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
     return parser
 

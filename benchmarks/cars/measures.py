@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
-from benchmarks.cars.eyes import LEAST_PROBABILITY, CarEye
+from benchmarks.cars.eyes import LEAST_PROBABILITY, CarEye, SeenVehicles
 from benchmarks.cars.labels import HAND_LABELS, LabelError
-from benchmarks.cars.scenes import CarScene
+from benchmarks.cars.scenes import CarScene, shifted
 from benchmarks.figures import Figure, Reference, share
 from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision.detection import FloatArray
@@ -79,10 +79,26 @@ def measure(eye: CarEye, scene: CarScene, sections: Sequence[LotSection] = ()) -
         found=int(counts.sum()) + false,
         labels=int(truth.is_counted.sum()),
         groups=_groups(scene, hit),
-        judged=(_judged(centres, probability, scene),),
+        judged=(judged(seen, scene),),
         sections=tuple(_counted(part, centres[sure], truth.centres) for part in sections if part.region == scene.name),
         off_m=tuple(apart.tolist()),
     )
+
+
+SHIFTS: Final = ((0, 0), (3, 0), (0, 5), (7, 2), (2, 9), (11, 4), (6, 13), (15, 15))
+"""Columns and rows by which a picture is shifted to see whether a find depends on them, pixels."""
+
+
+def flicker(eye: CarEye, scene: CarScene) -> tuple[int, int]:
+    """Return how many labelled vehicles are found in some of eight shifts of a picture but not in all, and in any."""
+    times = np.zeros(len(scene.truth), np.intp)
+    for columns, rows in SHIFTS:
+        one = shifted(scene, columns, rows)
+        seen = eye.find(one)
+        sure = seen.probability >= LEAST_PROBABILITY
+        times[matched(seen.corners[sure].mean(axis=1), one.truth.centres)[1]] += 1
+    times = times[scene.truth.is_counted]
+    return int(((times > 0) & (times < len(SHIFTS))).sum()), int((times > 0).sum())
 
 
 def matched(found: FloatArray, true: FloatArray) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
@@ -115,12 +131,15 @@ def _groups(scene: CarScene, hit: NDArray[np.bool_]) -> dict[str, tuple[int, int
     return {name: (int((hit & mask).sum()), int(mask.sum())) for name, mask in kept.items() if mask.any()}
 
 
-def _judged(centres: FloatArray, probability: FloatArray, scene: CarScene) -> Judged:
+def judged(seen: SeenVehicles, scene: CarScene) -> Judged:
+    """Return the probabilities of the finds in a picture, and which are vehicles; cut and unsure ones are left out."""
+    centres = seen.corners.mean(axis=1)
     of_find, of_label = matched(centres, scene.truth.centres)
     right = np.zeros(len(centres), np.bool_)
     right[of_find] = scene.truth.is_counted[of_label]
     out = _within(centres, scene.truth.corners[~scene.truth.is_counted]) & ~right
-    return Judged(probability[~out], right[~out])
+    out |= scene.is_missing(centres)
+    return Judged(seen.probability[~out], right[~out])
 
 
 def _counted(section: LotSection, found: FloatArray, true: FloatArray) -> tuple[int, int]:
@@ -135,7 +154,7 @@ def read_sections(path: Path = HAND_LABELS / "sections.json") -> list[LotSection
     try:
         return [
             LotSection(str(one["region"]), np.array(one["outline_m"], np.float64), int(one["capacity"]))
-            for one in json.loads(path.read_text())["sections"]
+            for one in json.loads(path.read_text())
         ]
     except (KeyError, TypeError, ValueError) as error:
         raise LabelError(f"{path}: not sections of regions ({error})") from error

@@ -83,6 +83,17 @@ def at_metres(scene: CarScene, metres: float) -> CarScene | None:
     return replace(scene, image=image, metres_per_pixel=metres, missing=missing)
 
 
+def shifted(scene: CarScene, columns: int, rows: int) -> CarScene:
+    """Return a scene without its first columns and rows of pixels; the labels stay where the ground is."""
+    off = np.array([columns, rows]) * scene.metres_per_pixel
+    return replace(
+        scene,
+        image=np.ascontiguousarray(scene.image[rows:, columns:]),
+        truth=replace(scene.truth, corners=scene.truth.corners - off),
+        missing=None if scene.missing is None else scene.missing[rows:, columns:],
+    )
+
+
 def _labelled_by_shapes(path: Path, labels: Path, metres_per_pixel: float) -> CarScene | None:
     image = read_picture(path)
     cars = [points for kind, points in read_shapes(labels, image) if kind == _CAR and len(points) > 2]

@@ -64,19 +64,23 @@ class Under:
 
 
 def ground_under(connection: Connection, pictures: PictureFolder, lot: str | None) -> Under | None:
-    """Return the newest placed survey with a picture, of one lot or of any; None without one.
+    """Return the newest placed survey with a picture that can be read, of one lot or of any; None without one.
 
-    ``lot``: id or name. Raises NotFoundError for a lot that is not there, LotStoreError for a broken picture.
+    ``lot``: id or name. Raises NotFoundError for a lot that is not there.
     """
     there = pictures.surveys()
     chosen = [lot_named(connection, lot)] if lot else [each.id for each in lot_places(connection)]
     rows = [row for each in chosen for row in placed_surveys(connection, each) if row["id"] in there]
-    if not rows:
-        return None
-    newest = max(rows, key=lambda row: (bool(row["is_ordered"]), float(row["taken_at"]), int(row["seq"])))
-    tiles = {key: EncodedTile(1, data) for key, data in pictures.read(newest["id"]).items()}
-    datum = float(newest["latitude"]), float(newest["longitude"])
-    return Under(datum, OccupancyMap(mosaic=tiles, version=1, map_id=str(newest["id"])))
+    rows.sort(key=lambda row: (bool(row["is_ordered"]), float(row["taken_at"]), int(row["seq"])), reverse=True)
+    for newest in rows:
+        try:
+            tiles = {key: EncodedTile(1, data) for key, data in pictures.read(newest["id"]).items()}
+        except LotStoreError as error:
+            _LOG.warning("%s", error)
+            continue
+        datum = float(newest["latitude"]), float(newest["longitude"])
+        return Under(datum, OccupancyMap(mosaic=tiles, version=1, map_id=str(newest["id"])))
+    return None
 
 
 def refuse(_: ClientId, command: Command) -> Outgoing:

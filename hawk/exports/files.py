@@ -13,19 +13,17 @@ from pathlib import Path
 from typing import Final
 
 import cv2
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection
 
 from hawk.exports.formats import ARCHIVE, CONTENT_TYPES, DATABASE, PICTURE, RASTER, WRITTEN
 from hawk.exports.geopackage import surveys_gpkg
 from hawk.exports.ground import Ground, ground_of, lot_picture
 from hawk.exports.kmz import survey_kmz
 from hawk.exports.rasters import write_rasters
-from hawk.exports.records import read_survey, read_surveys
+from hawk.exports.records import read_survey, read_surveys, survey_frame
 from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.exports.values import ExportRecord
 from hawk.lots.answers import SurveyGround, SurveyPlace
-from hawk.lots.registration.frames import Move
-from hawk.lots.schema import SURVEY
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import LotInputError, LotStoreError
 from hawk.model.lot_map import CELL_M, TILE_CELLS
@@ -42,21 +40,14 @@ TABLES: Final[Mapping[str, Callable[[ExportRecord], bytes]]] = {
 
 def shown_ground(connection: Connection, survey: ExportRecord, pictures: PictureFolder) -> Ground:
     """Return a survey's ground in the frame of its lot. Raises LotStoreError."""
-    return ground_of(survey, pictures.read(survey.survey), _place(connection, survey))
-
-
-def _place(connection: Connection, survey: ExportRecord) -> Move:
-    asked = select(SURVEY.c.north, SURVEY.c.east, SURVEY.c.turn).where(SURVEY.c.id == survey.survey)
-    row = connection.execute(asked).one()
-    return Move() if survey.doubt or row.north is None else Move(row.north, row.east, row.turn)
+    return ground_of(survey, pictures.read(survey.survey), survey_frame(connection, survey.survey)[1])
 
 
 def tiles_of(connection: Connection, survey_id: str, pictures: PictureFolder) -> SurveyGround:
     """Return where the tiles of a survey's picture lie. Raises NotFoundError, LotStoreError for a broken picture."""
-    survey = read_survey(connection, survey_id)
-    move = _place(connection, survey)
+    datum, move = survey_frame(connection, survey_id)
     return SurveyGround(
-        datum=list(survey.origin),
+        datum=list(datum),
         place=SurveyPlace(north=move.north, east=move.east, turn=move.turn),
         cells=TILE_CELLS,
         cell_m=CELL_M,

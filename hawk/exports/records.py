@@ -15,6 +15,7 @@ from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import stalls_in
 from hawk.lots.plan.values import LayoutStall, shapes_of
+from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import corners_on_earth, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import datum_accuracy, datum_of
 from hawk.lots.schema import LOT, OBSERVATION, SURVEY
@@ -56,27 +57,46 @@ def surveys_of(connection: Connection, lot: str) -> list[str]:
     return found
 
 
-def read_survey(connection: Connection, survey: str) -> ExportRecord:
+def read_survey(connection: Connection, survey: str, *, has_labels_of_now: bool = False) -> ExportRecord:
     """Return a survey by its id.
 
     A registered one has the stalls of its layout, each with the look of that survey; another one has those that it
-    found, where it found them. Raises NotFoundError.
+    found, where it found them. ``has_labels_of_now``: labels are those of the present plan, not those of the survey's
+    time; a stall that has gone keeps its last one. Raises NotFoundError.
     """
-    return read_surveys(connection, [survey])[0]
+    return _read(connection, _Layouts(connection, () if has_labels_of_now else _THEN), survey)
 
 
 def read_surveys(connection: Connection, surveys: Sequence[str]) -> list[ExportRecord]:
     """Return surveys as `read_survey` returns one; surveys of a layout share its stalls. Raises NotFoundError."""
-    layouts = _Layouts(connection)
+    layouts = _Layouts(connection, _THEN)
     return [_read(connection, layouts, survey) for survey in surveys]
 
 
-def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecord:
+def survey_frame(connection: Connection, survey: str) -> tuple[LatLon, Move]:
+    """Return the origin of the frame that a survey is exported in, and the move of its own frame onto that one.
+
+    Raises NotFoundError.
+    """
+    row = _row(connection, survey)
+    if row["placed"] not in PLACED:
+        return (float(row["latitude"]), float(row["longitude"])), Move()
+    move = Move() if row["north"] is None else Move(row["north"], row["east"], row["turn"])
+    return datum_of(connection, str(row["lot"])), move
+
+
+def _row(connection: Connection, survey: str) -> RowMapping:
+    """Return the row of a survey that has a lot. Raises NotFoundError."""
     asked = select(SURVEY, is_sure().label("is_sure")).where(SURVEY.c.id == survey)
     row = connection.execute(asked).mappings().one_or_none()
     if row is None or row["lot"] is None:
         raise NotFoundError(f"survey: there is no survey {survey} of a lot")
     check_whole(connection, "survey", row["seq"], "survey", version_of(connection))
+    return row
+
+
+def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecord:
+    row = _row(connection, survey)
     lot = layouts.lot(str(row["lot"]))
     is_placed = row["placed"] in PLACED
     datum = lot.datum if is_placed else (float(row["latitude"]), float(row["longitude"]))
@@ -125,6 +145,7 @@ class _Layouts:
     """Lots, and the stalls of their layouts on Earth, each read once."""
 
     connection: Connection
+    then: Sequence[str]
     lots: dict[str, _Lot] = field(default_factory=dict)
     stalls: dict[tuple[str, int], list[_Placed]] = field(default_factory=dict)
 
@@ -143,7 +164,7 @@ class _Layouts:
         """Return the stalls of a version of a lot's layout in the order of their labels."""
         key = lot, version
         if key not in self.stalls:
-            stalls = in_order(stalls_in(self.connection, lot, version, _THEN))
+            stalls = in_order(stalls_in(self.connection, lot, version, self.then))
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from hawk.exports.shapes import lot_shape
 from hawk.exports.values import ExportRecord, Observation
 from hawk.lots.survey.source import SurveyKind
 from hawk.lots.values import utc
-from hawk.results.stall_files import DEGREES, Ring, stalls_csv, stalls_geojson
+from hawk.results.stall_files import CSV_COLUMNS, DEGREES, Ring, stalls_csv, stalls_geojson, table_csv
 
 
 def survey_csv(survey: ExportRecord) -> bytes:
@@ -23,6 +24,25 @@ def survey_geojson(survey: ExportRecord) -> bytes:
     """Return lot and stalls as a FeatureCollection (RFC 7946) with OpenStreetMap's tags; the survey is under "hawk"."""
     rings = map(_ring, survey.stalls)
     return stalls_geojson(map(_values, survey.stalls), rings, about_survey(survey), _lot(survey))
+
+
+def surveys_csv(surveys: Sequence[ExportRecord]) -> bytes:
+    """Return the table of stalls of several lots, a line each, as `survey_csv` has one."""
+    return table_csv(CSV_COLUMNS, ({**about, **_values(stall)} for about, stall in _of_each(surveys)))
+
+
+def surveys_geojson(whole: ExportRecord, surveys: Sequence[ExportRecord]) -> bytes:
+    """Return the stalls of several lots as a FeatureCollection, each with its lot; ``whole`` is under "hawk"."""
+    named = ("lot_id", "lot_name")
+    stalls = [{**_values(stall), **{name: about[name] for name in named}} for about, stall in _of_each(surveys)]
+    rings = [_ring(stall) for survey in surveys for stall in survey.stalls]
+    return stalls_geojson(stalls, rings, about_survey(whole))
+
+
+def _of_each(surveys: Sequence[ExportRecord]) -> Iterator[tuple[dict[str, Any], Observation]]:
+    for survey in surveys:
+        about = about_survey(survey)
+        yield from ((about, stall) for stall in survey.stalls)
 
 
 def about_survey(survey: ExportRecord) -> dict[str, Any]:

@@ -13,8 +13,8 @@ import math
 import re
 import zipfile
 import zlib
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, Final
 from xml.etree.ElementTree import Element, ParseError
 
@@ -45,13 +45,19 @@ class AreaError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Area:
-    """One polygon. ``name``: where it stands in the file. ``ceiling``: its property ``ceiling_m``, as it is written."""
+    """One polygon. ``name``: where it stands in the file. ``ceiling``: its property ``ceiling_m``, as it is written.
+
+    ``facts``: of a placemark in KML, its name, id and data; ``feature``: its number in the file, from 1, which the
+    polygons of a MultiGeometry share. GeoJSON has neither here.
+    """
 
     name: str
     outer: Ring
     holes: tuple[Ring, ...]
     is_exclusion: bool
     ceiling: object = None
+    facts: Mapping[str, str] = field(default_factory=dict)
+    feature: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,11 +249,18 @@ def _kml_areas(text: str) -> list[Area]:
     if _tag(root) not in ("kml", "Document", "Folder", "Placemark"):
         raise AreaError(say("is XML of another kind ({tag}): save it as KML or GeoJSON", tag=_tag(root)))
     areas: list[Area] = []
-    for placemark in (each for each in root.iter() if _tag(each) == "Placemark"):
-        properties = _extended(placemark)
+    for feature, placemark in enumerate((each for each in root.iter() if _tag(each) == "Placemark"), 1):
+        properties = _named(placemark) | _extended(placemark)
         for polygon in (each for each in placemark.iter() if _tag(each) == "Polygon"):
-            areas.append(_kml_area(polygon, say("Polygon {number}", number=len(areas) + 1), properties))
+            name = say("Polygon {number}", number=len(areas) + 1)
+            areas.append(replace(_kml_area(polygon, name, properties), facts=properties, feature=feature))
     return areas
+
+
+def _named(placemark: Element) -> dict[str, str]:
+    """Return name and id of a placemark, as far as it has them."""
+    name = next((each.text or "" for each in placemark if _tag(each) == "name"), "").strip()
+    return {key: value for key, value in (("name", name), ("id", placemark.get("id", ""))) if value}
 
 
 def _kml_area(polygon: Element, name: str, properties: dict[str, str]) -> Area:

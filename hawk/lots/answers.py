@@ -101,7 +101,8 @@ class SurveyGround(Shown):
     """Picture of the ground that a survey mapped, as square tiles of JPEG in the survey's own frame.
 
     A tile [row, column] covers north from -(row + 1) to -row sides and east from column to column + 1 sides; `cell_m`
-    metres a pixel. `place` brings the survey's frame onto the one about `datum`.
+    metres a pixel. `place` brings the survey's frame onto the one about `datum`. `ground/whole` is one
+    picture of their rectangle, at most 1280 pixels a side.
     """
 
     datum: Degrees

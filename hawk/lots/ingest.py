@@ -100,7 +100,7 @@ def _place(
     if before is not None and before["lot"] is not None:
         placed = Placed.FIRST if before["placed"] == Placed.FIRST else Placed.UNREGISTERED
         return before["lot"], placed, ()
-    decision = which_lot(survey.outline, lot_places(connection))
+    decision = which_lot(survey.outline, lot_places(connection), survey.beside)
     if decision.answer is Answer.KNOWN:
         return decision.lot, Placed.UNREGISTERED, ()
     if decision.answer is Answer.ASK:

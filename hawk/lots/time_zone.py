@@ -31,8 +31,10 @@ _Place = tuple[float, float]
 
 
 def time_zone_of(connection: Connection, row: Mapping[str, Any] | RowMapping) -> str:
-    """Return the name of the time zone of a lot, a row of `LOT`."""
-    if row["time_zone"] is not None:
+    """Return the name of the time zone of a lot, a row of `LOT`: that of its place where this computer knows none of
+    the name that a person chose, on another computer.
+    """
+    if row["time_zone"] is not None and _clock(str(row["time_zone"])) is not None:
         return str(row["time_zone"])
     place = (float(row["latitude"]), float(row["longitude"]))
     others = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.time_zone.is_(None)))

@@ -76,9 +76,19 @@ def utc(seconds: float) -> str:
     return moment(seconds).isoformat().replace("+00:00", "Z")
 
 
+_JOINERS: Final = "\N{ZERO WIDTH NON-JOINER}\N{ZERO WIDTH JOINER}"
+"""Between letters they choose their forms, in Persian and in Hindi; between emoji they make one of several."""
+
+
+def is_shown(text: str) -> bool:
+    """Return whether all of a text can be shown: no control character, no turn of the direction."""
+    letters = text.translate(dict.fromkeys(map(ord, _JOINERS)))
+    return letters.isprintable() and (letters.strip() != "" or text == "")
+
+
 def fitting_name(text: str) -> str:
     """Return a text as the name of a lot: without what cannot be shown, and cut; "" where nothing is left."""
-    shown = "".join(each if each.isprintable() else " " for each in text)
+    shown = "".join(each if each.isprintable() or each in _JOINERS else " " for each in text)
     return " ".join(shown.split())[:LONGEST_NAME].rstrip()
 
 
@@ -91,7 +101,7 @@ def checked_name(name: object, field: str = "name") -> str:
         raise LotInputError(field, "is empty: write one or more letters")
     if len(tidy) > LONGEST_NAME:
         raise LotInputError(field, f"has {len(tidy)} characters: write {LONGEST_NAME} or fewer")
-    if not tidy.isprintable():
+    if not is_shown(tidy):
         raise LotInputError(field, "holds characters that cannot be shown: write it without")
     return tidy
 
@@ -277,8 +287,9 @@ class FinishedSurvey:
     server nor GNSS has set the clock. ``outline``: the area flown, or the lot's ground that was seen. ``stalls``:
     without the suggested ones, but with the extra ones. ``seen_ground``: all that was seen, of the lot or beside it.
     ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
-    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number. ``vehicles``: None of a
-    network that knows none.
+    source of a survey that nobody flew. ``title``: name for a new lot; "": by its number. ``beside``: outlines of the
+    other lots near by, where a person gave those of several lots, this one among them; None: nobody did.
+    ``vehicles``: None of a network that knows none.
     """
 
     name: str
@@ -294,6 +305,7 @@ class FinishedSurvey:
     accuracy: float | None = None
     pictures: PictureSource | None = None
     title: str = ""
+    beside: tuple[Outline, ...] | None = field(default=None, repr=False)
     vehicles: tuple[VehicleDetection, ...] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:

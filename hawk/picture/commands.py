@@ -24,7 +24,7 @@ from hawk.runtime.late import late
 
 if TYPE_CHECKING:
     from hawk.daemon import desk, start_checks
-    from hawk.picture import files, ingest, progress, report, sources
+    from hawk.picture import files, ingest, lot_files, lot_report, progress, report, sources
     from hawk.picture import values as errors
     from hawk.picture.city import scheduler
 else:
@@ -32,6 +32,8 @@ else:
     start_checks = late("hawk.daemon.start_checks")
     files = late("hawk.picture.files")
     ingest = late("hawk.picture.ingest")
+    lot_files = late("hawk.picture.lot_files")
+    lot_report = late("hawk.picture.lot_report")
     progress = late("hawk.picture.progress")
     report = late("hawk.picture.report")
     sources = late("hawk.picture.sources")
@@ -246,6 +248,9 @@ def _check_port(options: argparse.Namespace) -> None:
 def _write(options: argparse.Namespace, mapped: errors.PictureSurvey) -> ingest.StoredSurvey | None:
     """Write the files, store the survey where that is asked for, and report. Raises PictureError."""
     program = f"hawk-drone {version('hawk-drone')}"
+    if mapped.lots is not None:
+        _write_lots(options, mapped, mapped.lots, program)
+        return None
     kept = None
     written = files.write_files(mapped, options.out, program)
     if options.store is not None or options.page:
@@ -263,6 +268,30 @@ def _write(options: argparse.Namespace, mapped: errors.PictureSurvey) -> ingest.
     if kept is not None:
         print(kept.words)
     return kept
+
+
+def _write_lots(
+    options: argparse.Namespace, mapped: errors.PictureSurvey, lots: errors.LotSurveys, program: str
+) -> None:
+    """Write, store and report the surveys of several lots. Raises PictureError, after the files where the store fails.
+
+    Each lot's survey is made, drawn and stored before the next one: all of them need more memory than there is.
+    """
+    store = ingest.LotsStore(_store_folder(options) if options.store is not None or options.page else None)
+    with store:
+        counts = lot_files.count_lots(lots, options.out, store.keep)
+    written = lot_files.write_lots(mapped, counts, options.out, program)
+    if store.failure is not None:
+        raise store.failure
+    if options.json:
+        paths = [str(path) for path in written]
+        said = {"event": "report", **lot_report.lots_report(mapped, counts, program), "files": paths}
+        print(json.dumps({**said, "store": store.words}))
+        return
+    print(lot_report.lots_text(mapped, counts))
+    print(f"{options.out}: {', '.join(path.name for path in written)}, and pictures of lots in {files.LOTS}")
+    if store.words:
+        print(store.words)
 
 
 def _store_folder(options: argparse.Namespace) -> Path:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -27,7 +29,10 @@ IN_SYSTEM: Final = "stalls-source-crs.geojson"
 """The stalls in the source's own system of coordinates, where that is not WGS-84."""
 
 _PICTURE: Final = "lot.png"
-_SOMETIMES: Final = frozenset({IN_SYSTEM, _PICTURE})
+LOTS: Final = "lots"
+"""Folder of the pictures of several lots."""
+_LOTS_TABLE: Final = "lots.csv"
+_SOMETIMES: Final = frozenset({IN_SYSTEM, _PICTURE, _LOTS_TABLE, "lots.geojson", "lots.png"})
 
 
 def write_files(mapped: PictureSurvey, folder: Path, program: str) -> tuple[Path, ...]:
@@ -52,11 +57,24 @@ def write_files(mapped: PictureSurvey, folder: Path, program: str) -> tuple[Path
         contents[IN_SYSTEM] = stalls_in_system(mapped)
     if mapped.ground is not None:
         contents[_PICTURE] = cv2.imencode(".png", lot_picture(mapped.survey, mapped.ground))[1].tobytes()
+    return write_contents(contents, folder)
+
+
+def write_contents(contents: Mapping[str, bytes], folder: Path) -> tuple[Path, ...]:
+    """Write files by their names, and remove those that another survey by the same folder has left; return the paths.
+
+    Raises PictureError.
+    """
     try:
         folder.mkdir(parents=True, exist_ok=True)
         written = tuple(replace_whole(folder / name, data) for name, data in contents.items())
-        for name in _SOMETIMES - contents.keys():  # of another survey by the same folder
+        for name in _SOMETIMES - contents.keys():
             (folder / name).unlink(missing_ok=True)
+        if _LOTS_TABLE not in contents and (folder / LOTS).is_dir():
+            for picture in (folder / LOTS).glob("*.png"):
+                picture.unlink()
+            with contextlib.suppress(OSError):  # a person's file is in it
+                (folder / LOTS).rmdir()
         return written
     except OSError as error:
         raise PictureError(f"--out: {cannot_write(Path(error.filename or folder), error)}") from error

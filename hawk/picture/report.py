@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from hawk.exports.text_files import about_survey
@@ -9,12 +10,13 @@ from hawk.model.lot_map import HELD_SHARE, free_variance, interval_of
 from hawk.picture.values import PictureSurvey
 
 
-def free_range(mapped: PictureSurvey) -> tuple[int, int] | None:
+def free_range(mapped: PictureSurvey, unseen: float = 0.0) -> tuple[int, int] | None:
     """Return the least and the greatest number of free stalls on the ground that was seen; None where it is not known.
 
     It is not known of a survey without stalls either: how many were missed is in no stall's probability.
 
-    As after a flight (`hawk.model.lot_map.free_interval`): of stalls that err each for itself.
+    As after a flight (`hawk.model.lot_map.free_interval`): of stalls that err each for itself. ``unseen``: stalls that
+    are expected on ground that was not seen, each of which may be free or not.
     """
     stalls = mapped.survey.stalls
     if not stalls or any(stall.score is None for stall in stalls):
@@ -24,8 +26,8 @@ def free_range(mapped: PictureSurvey) -> tuple[int, int] | None:
         for stall in stalls
         if stall.taken_probability is not None
     )
-    least, most = interval_of(mapped.survey.count("free"), variance)
-    return least, min(most, len(stalls))
+    least, most = interval_of(mapped.survey.count("free"), variance, unseen)
+    return least, min(most, len(stalls) + math.ceil(unseen))
 
 
 def report(mapped: PictureSurvey, program: str) -> dict[str, Any]:
@@ -51,8 +53,13 @@ def text(mapped: PictureSurvey) -> str:
         f"{survey.lot}: {len(survey.stalls)} stalls on {mapped.area_m2 / 1e4:.2f} ha that were seen",
         f"  free {survey.count('free')}{within}, taken {survey.count('taken')}, unclear {survey.count('unknown')}",
     ]
-    lines += [f"  {note}" for note in mapped.notes]
-    if not survey.time_is_sure:
+    return "\n".join([*lines, *closing_lines(mapped)])
+
+
+def closing_lines(mapped: PictureSurvey) -> list[str]:
+    """Return the lines behind the counts: what a person must know, and what was left out."""
+    lines = [f"  {note}" for note in mapped.notes]
+    if not mapped.survey.time_is_sure:
         lines.append(
             "  Its time is not sure, so that no statistics and no feed use it: give it by --taken "
             "2026-05-04T10:30+02:00."
@@ -60,4 +67,4 @@ def text(mapped: PictureSurvey) -> str:
     if mapped.left_out:
         lines.append(f"  left out: {len(mapped.left_out)}")
         lines += [f"    {each.name}: {each.reason}" for each in mapped.left_out]
-    return "\n".join(lines)
+    return lines

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 from hawk.exports.ground import Ground
 from hawk.exports.values import ExportRecord, Observation
@@ -164,7 +164,8 @@ class PictureSurvey:
 
     ``ground``: its picture in the frame of the survey's origin, None where none is drawn. ``area_m2``: ground that was
     seen. ``crs``: that of the source as PROJ or GDAL name it (``EPSG:28992``), "" for WGS-84. ``notes``: sentences on
-    what a reader must know, such as a coarse scale. Its source with what limits it is ``survey.pictures``.
+    what a reader must know, such as a coarse scale. Its source with what limits it is ``survey.pictures``. ``lots``:
+    those of its outlines, None where there are not several; it is the survey of all of them then.
     """
 
     survey: ExportRecord
@@ -174,6 +175,46 @@ class PictureSurvey:
     crs: str = ""
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
+    lots: LotSurveys | None = field(default=None, repr=False, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class LotFacts:
+    """A lot as a file of outlines says it.
+
+    ``id``: the feature's own, else by name and place. ``name``: ``is_named`` by the file, else by its number there.
+    ``tags``: what else the file says, by the names of its properties.
+    """
+
+    id: str
+    name: str
+    is_named: bool = False
+    tags: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class LotSurvey:
+    """The survey of one lot of several outlines.
+
+    ``unseen_share``: of its outline, that was not seen. ``unsure``: mean chance, by the network, that a stall is none
+    or has another state; None without stalls. ``doubts``: sentences on why its count may be wrong.
+    """
+
+    facts: LotFacts
+    mapped: PictureSurvey
+    unseen_share: float
+    unsure: float | None
+    doubts: tuple[str, ...] = ()
+
+
+class LotSurveys(Protocol):
+    """Surveys of lots, made one after the other: the pictures of all need more memory than there is."""
+
+    def __len__(self) -> int:
+        """Return the number of lots."""
+
+    def __iter__(self) -> Iterator[LotSurvey]:
+        """Make the surveys, in the order of their names."""
 
 
 def id_of(place: str) -> str:

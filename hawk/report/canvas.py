@@ -147,10 +147,11 @@ def lot_drawing(picture: LotPicture, words: Words, width: float, height: float) 
         parts.append(
             f'<polygon points="{ring}" fill="none" stroke="#ffe27a" stroke-width="1.8" stroke-dasharray="1.5 3.5"/>'
         )
-    parts += [_zone_name(zone.name, zone.ring, seen) for zone in picture.zones]
+    parts += [_zone_name(zone.name, zone.ring, seen, width, high) for zone in picture.zones]
     if len(picture.rows) <= _MOST_ROWS:
         beyond = picture.stall_width * scale / 2
         parts += [part for row in picture.rows for part in _letter(row, seen, beyond, width, high)]
+    parts.append(_box(0, high, width, _LEGEND, 'fill="#ffffff"'))  # over zones that reach beyond the picture
     parts += _legend(picture, words, scale, high)
     return _svg(width, high + _LEGEND, parts, words("picture"))
 
@@ -198,11 +199,13 @@ def _on_ground(text: str, x: float, y: float, size: float) -> Iterable[str]:
         yield _text(x, y, text, "middle", size, f'font-weight="bold" {paint}')
 
 
-def _zone_name(name: str, ring: Sequence[Point], seen: _Sheet) -> str:
-    """Return the name of a zone on a plate below its lowest corner."""
-    lowest = max(y for _, y in ring)
-    x, y = seen.at((_mean([x for x, _ in ring]), lowest))
+def _zone_name(name: str, ring: Sequence[Point], seen: _Sheet, width: float, high: float) -> str:
+    """Return the name of a zone on a plate below its lowest corner, within the picture."""
+    room = int((width - 12) / (8.5 * _ZONE_LETTERS))
+    name = name if len(name) <= room else name[: room - 1] + "\N{HORIZONTAL ELLIPSIS}"
     wide = len(name) * 8.5 * _ZONE_LETTERS + 12
+    x, y = seen.at((_mean([x for x, _ in ring]), max(y for _, y in ring)))
+    x, y = min(max(x, wide / 2), width - wide / 2), min(max(y, 0.0), high - 20)
     plate = f'<rect x="{x - wide / 2:.1f}" y="{y + 3:.1f}" width="{wide:.1f}" height="14" rx="7" fill="#ffffff"/>'
     return plate + _text(x, y + 13, name, "middle", 8.5)
 

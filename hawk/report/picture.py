@@ -42,10 +42,13 @@ _MOST_ZONES: Final = 1000
 def newest_of(
     connection: Connection, pictures: PictureFolder, use: SurveyUse, at: datetime, *, has_ground: bool
 ) -> Newest:  # fmt: skip
-    """Return the newest survey of a report with its picture; what cannot be read is left out, and said."""
+    """Return the newest survey of a report with its picture; what cannot be read is left out, and said.
+
+    Its labels are those of the present plan, as the report's figures have them.
+    """
     stalls = use.free + use.taken + use.unknown
     try:
-        survey = read_survey(connection, use.id)
+        survey = read_survey(connection, use.id, has_labels_of_now=True)
     except LotStoreError as error:
         _LOG.warning("a report has no picture of survey %s: %s", use.id, error)
         return Newest(use, at, stalls, 0, None, "picture_broken")

@@ -40,7 +40,7 @@ def read_report(connection: Connection, pictures: PictureFolder, wanted: Wanted,
     period = period_of_lot(connection, wanted.lot, wanted.begin, wanted.end, wanted.time_zone)
     panel = read_panel(connection, wanted.lot, period)
     asked = asked_use(panel, wanted.asked)
-    listed = uses.surveys_use(connection, wanted.lot, period).surveys[::-1]
+    listed = uses.uses_of(connection, wanted.lot, period, panel)[::-1]
     used = tuple(each for each in listed if not each.left_out)
     deleted = tuple(_deleted(connection, wanted.lot, panel, period))
     missing = (*_missing(panel, asked.left_out), *(each for each in deleted if _is_asked(wanted.asked, each.at)))

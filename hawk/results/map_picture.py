@@ -15,9 +15,9 @@ from hawk.results.survey_map import SurveyMap
 
 Picture = NDArray[np.uint8]
 _CELL_COLOURS = {Cell.UNKNOWN: (235, 231, 227), Cell.NON_LOT: (205, 205, 205), Cell.LOT: (150, 150, 150)}
-_FREE = (255, 143, 47)
+FREE: Final = (255, 143, 47)
 _FREE_LINE = (255, 241, 227)
-_TAKEN = (26, 122, 255)
+TAKEN: Final = (26, 122, 255)
 _TAKEN_LINE = (0, 90, 224)
 _PLATE = (28, 22, 16)
 _PAPER: Final = (255, 255, 255)
@@ -64,8 +64,8 @@ def draw_stall(picture: NDArray[np.uint8], corners: NDArray[np.float64], state: 
     inside = np.zeros(part.shape[:2], np.uint8)
     cv2.fillPoly(inside, [pixels - (left, top)], 255)
     colour, line, share = {
-        StallState.FREE: (_FREE, _FREE_LINE, 0.46),
-        StallState.TAKEN: (_TAKEN, _TAKEN_LINE, 0.6),
+        StallState.FREE: (FREE, _FREE_LINE, 0.46),
+        StallState.TAKEN: (TAKEN, _TAKEN_LINE, 0.6),
         StallState.UNKNOWN: (_PLATE, (255, 255, 255), 0.45),
     }[state]
     tint = np.empty(part.shape, np.float32)

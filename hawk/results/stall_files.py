@@ -43,6 +43,8 @@ _DECIMALS: Final = {
 }  # fmt: skip
 _OSM: Final = {"kind": "parking_space", "label": "ref"}
 """Columns that OpenStreetMap has a key for (https://wiki.openstreetmap.org/wiki/Tag:amenity=parking_space)."""
+_LOT: Final = ("lot_id", "lot_name")
+"""Columns of the survey that a stall says by itself where a file has several lots."""
 _GEOMETRY: Final = ("stall_id", "latitude", "longitude")
 _FORMULA: Final = ("=", "+", "-", "@", "\t", "\r", "\n")
 """A spreadsheet reads a text that begins so as a formula (OWASP, CSV injection)."""
@@ -56,12 +58,18 @@ Ring = Sequence[tuple[float, float]]
 
 def stalls_csv(stalls: Iterable[Values], survey: Values) -> bytes:
     """Return a table (RFC 4180, UTF-8), a line a stall. ``stalls`` and ``survey`` are values by column."""
+    of_survey = {name: survey[name] for name in SURVEY_COLUMNS if name in survey}
+    return table_csv(CSV_COLUMNS, ({**stall, **of_survey} for stall in stalls))
+
+
+def table_csv(columns: Sequence[str], rows: Iterable[Values]) -> bytes:
+    """Return a table (RFC 4180, UTF-8) of rows by column; what a row does not say is empty, what is no column is not
+    written.
+    """
     out = io.StringIO()
-    writer = csv.DictWriter(out, CSV_COLUMNS, restval="", lineterminator="\r\n")
+    writer = csv.DictWriter(out, columns, restval="", extrasaction="ignore", lineterminator="\r\n")
     writer.writeheader()
-    of_survey = {name: _cell(name, survey[name]) for name in SURVEY_COLUMNS if name in survey}
-    for stall in stalls:
-        writer.writerow({name: _cell(name, value) for name, value in stall.items()} | of_survey)
+    writer.writerows({name: _cell(name, value) for name, value in row.items()} for row in rows)
     return out.getvalue().encode()
 
 
@@ -70,7 +78,7 @@ def stalls_geojson(
 ) -> bytes:
     """Return a FeatureCollection (RFC 7946) with OpenStreetMap's keys; the survey is its member "hawk".
 
-    ``lot``: a feature that stands before the stalls.
+    ``lot``: a feature that stands before the stalls. A stall may name its lot, where there are several.
     """
     features = [] if lot is None else [lot]
     features += [_feature(stall, ring) for stall, ring in zip(stalls, rings, strict=True)]
@@ -97,7 +105,7 @@ def _cell(name: str, value: object) -> str:
 
 def _feature(stall: Values, ring: Ring) -> dict[str, Any]:
     properties: dict[str, Any] = {"amenity": "parking_space"}
-    for name in STALL_COLUMNS:
+    for name in (*STALL_COLUMNS, *(name for name in _LOT if name in stall)):
         if name not in _GEOMETRY:
             value = stall.get(name)
             if isinstance(value, float) and name in _DECIMALS:

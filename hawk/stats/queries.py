@@ -23,7 +23,7 @@ from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
 from hawk.stats.period import period_of_lot
 from hawk.stats.use_query import Asked
-from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, whole
+from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, Panel, whole
 
 _SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")
 
@@ -81,13 +81,33 @@ def surveys_use(
     """
     chosen = _chosen(connection, lot, period, survey, newest)
     panel = read_panel(connection, lot, period, chosen)
+    rows = _rows(connection, panel, period, SURVEY.c.lot == lot if chosen is None else SURVEY.c.id.in_(chosen))
+    return SurveysUse(
+        lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL, surveys=_uses(connection, panel, rows),
+        before=_beside(connection, lot, period, rows, is_earlier=True),
+        after=_beside(connection, lot, period, rows, is_earlier=False),
+    )  # fmt: skip
+
+
+def uses_of(connection: Connection, lot: str, period: Period, panel: Panel) -> list[SurveyUse]:
+    """Return all surveys of a panel as `surveys_use` does, without those beside the period."""
+    return _uses(connection, panel, _rows(connection, panel, period, SURVEY.c.lot == lot))
+
+
+def _rows(
+    connection: Connection, panel: Panel, period: Period, is_asked: ColumnElement[bool]
+) -> list[RowMapping]:  # fmt: skip
+    """Return the rows of a panel's surveys, those that are left out too, the newest first."""
+    known = {each.id for each in panel.surveys} | {each.survey for each in panel.left_out}
+    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
+    asked = select(*columns).where(is_asked, *period.may_have()).order_by(*newest_first())
+    return [row for row in connection.execute(asked).mappings() if row["id"] in known]
+
+
+def _uses(connection: Connection, panel: Panel, rows: Sequence[RowMapping]) -> list[SurveyUse]:
     shares = dict(zip((survey.id for survey in panel.surveys), count(panel, whole(panel)).shares(), strict=True))
     reasons = {each.survey: each.why for each in panel.left_out}
     at = {each.id: moment(each.at) for each in panel.surveys} | {each.survey: each.ended for each in panel.left_out}
-    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
-    is_of = SURVEY.c.lot == lot if chosen is None else SURVEY.c.id.in_(chosen)
-    asked = select(*columns).where(is_of, *period.may_have()).order_by(*newest_first())
-    rows = [row for row in connection.execute(asked).mappings() if row["id"] in shares or row["id"] in reasons]
 
     def use(pair: tuple[RowMapping, dict[str, Any]]) -> SurveyUse:
         row, counts = pair
@@ -98,12 +118,7 @@ def surveys_use(
             left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
         )  # fmt: skip
 
-    return SurveysUse(
-        lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL,
-        surveys=readable(use, zip(rows, counts_of(connection, rows), strict=True)),
-        before=_beside(connection, lot, period, rows, is_earlier=True),
-        after=_beside(connection, lot, period, rows, is_earlier=False),
-    )  # fmt: skip
+    return readable(use, zip(rows, counts_of(connection, rows), strict=True))
 
 
 _MOMENT: Final = func.coalesce(

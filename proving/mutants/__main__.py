@@ -76,6 +76,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sample", type=int, default=25, help="mutants of a module")
     parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", default="", help="modules whose path contains this text; several by commas")
+    parser.add_argument(
+        "--tests",
+        default="",
+        help="folders of the tests, with commas, in place of those of the rooms: fewer kill fewer",
+    )
     parser.add_argument("--verbose", action="store_true", help="show the killed ones too")
     parser.add_argument("--cache", type=Path, default=Path(tempfile.gettempdir()) / "hawk-mutants" / "map.json")
     parser.add_argument(
@@ -91,7 +96,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="hawk-mutants-") as place:
         folders = [Path(place) / str(number) for number in range(options.processes)]
         shutil.copytree(ROOT, folders[0], ignore=LEFT_BEHIND)
-        found = map_of_tests(folders[0], modules, options.processes, options.cache)
+        tests = tuple(filter(None, options.tests.split(",")))
+        found = map_of_tests(folders[0], modules, options.processes, options.cache, tests)
         for folder in folders[1:]:
             shutil.copytree(folders[0], folder)
         jobs = list(_jobs(found, modules, options))

@@ -65,9 +65,15 @@ class ReachMap:
         return self.seconds.get(test, LEAST_S)
 
 
-def map_of_tests(folder: Path, modules: Sequence[str], processes: int, cache: Path) -> ReachMap:
-    """Return the tests by line, from the cache when no module has changed since, else by one run under coverage."""
-    key = _digest(folder, modules)
+def map_of_tests(
+    folder: Path, modules: Sequence[str], processes: int, cache: Path, tests: Sequence[str] = ()
+) -> ReachMap:
+    """Return the tests by line, from the cache when no module has changed since, else by one run under coverage.
+
+    ``tests``: folders of the tests that run; none: those of the modules' rooms.
+    """
+    folders = tests or folders_of_tests(modules)
+    key = _digest(folder, modules, folders)
     with suppress(OSError, ValueError):
         stored = json.loads(cache.read_text(encoding="utf-8"))
         if stored["key"] == key:
@@ -92,7 +98,7 @@ def map_of_tests(folder: Path, modules: Sequence[str], processes: int, cache: Pa
         "-m",
         COVERING,
         f"--ignore={UNMAPPED}",
-        *folders_of_tests(modules),
+        *folders,
     ]
     run = subprocess.run(command, cwd=folder, env=environment(folder), capture_output=True, text=True, check=False)
     if run.returncode:
@@ -134,8 +140,8 @@ def _durations(output: str) -> dict[str, float]:
     return dict(seconds)
 
 
-def _digest(folder: Path, modules: Sequence[str]) -> str:
-    digest = hashlib.sha256()
+def _digest(folder: Path, modules: Sequence[str], tests: Sequence[str]) -> str:
+    digest = hashlib.sha256("\n".join(tests).encode())
     for module in modules:
         digest.update(module.encode() + (folder / module).read_bytes())
     return digest.hexdigest()

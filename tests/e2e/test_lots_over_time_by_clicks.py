@@ -264,6 +264,26 @@ async def test_how_full_a_row_is_on_mornings_is_asked_by_words_by_mouse_and_by_k
     assert not errors
 
 
+async def test_the_map_of_a_survey_stays_where_buttons_and_keys_bring_it(browser: Browser, address: str) -> None:
+    page, errors = await opened(browser, f"{address}#/lots")
+    await page.wait_for_selector("hawk-survey-map[data-drawn=all]")
+    sizes = []
+    for step in ("", "Zoom in", "Zoom in", "+"):
+        if step == "+":
+            await page.locator("hawk-survey-map .ol").press(step)
+        elif step:
+            await press(page, step)
+        await page.wait_for_timeout(600)
+        sizes.append(await page.evaluate("() => document.querySelector('hawk-survey-map').panes[0].map.resolution"))
+    assert sizes[0] > sizes[1] > sizes[2], sizes
+    assert sizes[3] < 0.7 * sizes[0], "a key keeps what the buttons did"
+    await press(page, "Whole lot")
+    await page.wait_for_timeout(600)
+    size = await page.evaluate("() => document.querySelector('hawk-survey-map').panes[0].map.resolution")
+    assert size == pytest.approx(sizes[0], rel=0.01)
+    assert not errors
+
+
 async def test_the_plan_is_corrected_on_the_map_of_a_survey(browser: Browser, address: str, screenshots: Path) -> None:
     page, errors = await opened(browser, f"{address}#/lots")
     before = await Store(address).stalls()
@@ -303,7 +323,7 @@ async def test_the_question_asked_is_the_report_printed(browser: Browser, addres
     await page.screenshot(path=screenshots / "over-time-paper.png", full_page=True)
     await page.goto(f"{address}#/report?part=row.Z&show=document")
     await page.reload()
-    await expect(page.get_by_role("alert")).to_contain_text("row: the lot has none that is called 'Z'")
+    await expect(page.get_by_role("alert")).to_contain_text("The lot has no row, zone or kind of this name")
     assert [
         each for each in errors if "Framing" not in each and "Failed to load" not in each and "script" not in each
     ] == []

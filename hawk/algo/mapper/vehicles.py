@@ -38,7 +38,7 @@ _FORGOTTEN: Final = -2.0
 _LONGEST_S: Final = 900.0
 """Seconds between two looks that count: the clock of another run of the program begins elsewhere."""
 _WHOLE: Final = 0.9
-"""Visible share from which a look tells the whole size."""
+"""Visible share from which a look shows the whole size."""
 
 InPicture = Callable[[Floats], NDArray[np.bool_]]
 
@@ -114,7 +114,7 @@ class TrackedVehicle:
 
 @dataclass(frozen=True, slots=True)
 class VehicleLook:
-    """One look: its finds, where the picture shows the ground, how much it tells anew, metres flown, time, version."""
+    """One look: its finds, where the picture shows the ground, its weight as news, metres flown, time, version."""
 
     found: Sequence[Vehicle]
     in_picture: InPicture
@@ -224,9 +224,9 @@ def _begun(number: int, found: Vehicle, sight: VehicleLook) -> TrackedVehicle:
 
 
 def _looked(one: TrackedVehicle, found: Vehicle, sight: VehicleLook) -> TrackedVehicle:
-    """Return the vehicle after another look: the mean of its looks; a cut one tells little of place and size."""
-    told = sight.weight * (1.0 if found.visible >= _WHOLE else 0.1)
-    share = told / min(one.weight + told, _SOLID)
+    """Return the vehicle after another look: the mean of its looks; a cut one shows little of place and size."""
+    shown = sight.weight * (1.0 if found.visible >= _WHOLE else 0.1)
+    share = shown / min(one.weight + shown, _SOLID)
     turn = (found.angle - one.angle + math.pi / 2) % math.pi - math.pi / 2
     kinds = np.array(one.kinds) + sight.weight * _kinds(found)
     gap = sight.time - one.time
@@ -238,7 +238,7 @@ def _looked(one: TrackedVehicle, found: Vehicle, sight: VehicleLook) -> TrackedV
         width=one.width + (found.width - one.width) * share,
         length=one.length + (found.length - one.length) * share,
         odds=min(max(one.odds + sight.weight * _claim(found), _LEAST), _MOST),
-        weight=min(one.weight + told, _SOLID),
+        weight=min(one.weight + shown, _SOLID),
         looks=one.looks + 1,
         kinds=tuple(kinds.tolist()),
         stood_s=one.stood_s + (gap if 0 < gap <= _LONGEST_S else 0.0),

@@ -67,5 +67,10 @@ def vehicles_of(maps: VehicleMaps, cell_m: float, shown: MapArray | None = None)
 
 def probability_of(score: FloatArray) -> FloatArray:
     """Return the probability (N,) that finds of these scores are vehicles, by a logistic regression."""
+    return np.asarray(1 / (1 + np.exp(-(PROBABILITY_WEIGHTS[0] + PROBABILITY_WEIGHTS[1] * log_odds_of(score)))))
+
+
+def log_odds_of(score: FloatArray) -> FloatArray:
+    """Return the log-odds (N,) of scores (0..1), kept from what is certain."""
     kept = np.clip(score, _LEAST, _MOST)
-    return np.asarray(1 / (1 + np.exp(-(PROBABILITY_WEIGHTS[0] + PROBABILITY_WEIGHTS[1] * np.log(kept / (1 - kept))))))
+    return np.asarray(np.log(kept / (1 - kept)))

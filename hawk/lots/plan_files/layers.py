@@ -95,15 +95,16 @@ def _names(layers: Sequence[Layer]) -> str:
 def areas(data: bytes, asked: dict[str, Any]) -> bytes:
     """Return the areas of a file on the disk (``path``) as lines of JSON: facts, number, system, and WKB in hex.
 
-    It is called by the box. Raises LotInputError.
+    A row of a layer of areas that has none is an empty one. It is called by the box. Raises LotInputError.
     """
     path = Path(asked["path"])
     data = path.read_bytes()
     lines = []
     for layer in _layers(data, kind_of(data[:HEAD_BYTES]).name, log_beside(path)):
         for number, (facts, shape) in enumerate(zip(layer.facts, layer.shapes, strict=True), 1):
-            if isinstance(shape, Polygon | MultiPolygon) and not shape.is_empty:
-                lines.append(json.dumps([facts, number, layer.crs, shapely.to_wkb(shape, hex=True)]))
+            area = Polygon() if shape is None else shape
+            if isinstance(area, Polygon | MultiPolygon):
+                lines.append(json.dumps([facts, number, layer.crs, shapely.to_wkb(area, hex=True)]))
     return "\n".join(lines).encode()
 
 

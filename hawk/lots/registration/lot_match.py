@@ -5,7 +5,7 @@ All is judged in metres about the survey, so that neither latitude nor the date 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
@@ -15,6 +15,9 @@ from shapely.geometry.base import BaseGeometry
 from hawk.lots.registration.georeference import ground_about, shared_area
 from hawk.model.plans import Outline
 
+ALIKE: Final = 0.50
+"""Common share of both outlines from which one that a person gave among others is that lot, whatever else it overlaps.
+"""
 SAME_SHARE: Final = 0.30
 """Overlap from which a lot is meant, of the smaller of both areas: half of a lot is that lot."""
 NEAR_M: Final = 300.0
@@ -62,11 +65,18 @@ class Decision:
         return self.candidates[0].lot if self.answer is Answer.KNOWN else None
 
 
-def which_lot(outline: Outline, lots: Sequence[Parcel]) -> Decision:
+def which_lot(outline: Outline, lots: Sequence[Parcel], beside: Sequence[Outline] | None = None) -> Decision:
     """Return the lot that a survey's outline means.
 
     One lot that overlaps by `SAME_SHARE` is it; two are a question. Without one, a lot within `NEAR_M` is a question,
     and else the lot is a new one.
+
+    Args:
+        outline: The survey's.
+        lots: The known lots.
+        beside: Outlines that a person gave of other lots near by, with this one. A lot that is more like one of them
+            is not meant, one that is the same but for `ALIKE` is, and a lot near by is no question: such outlines do
+            not err. None: nobody gave any.
     """
     corners = [corner for ring in outline.polygons for corner in ring]
     centre = corners[0] if corners else (0.0, 0.0)
@@ -77,12 +87,39 @@ def which_lot(outline: Outline, lots: Sequence[Parcel]) -> Decision:
         (found for lot in lots if (found := _candidate(centre, ground, lot)) is not None),
         key=lambda found: (-found.overlap, found.distance, found.lot),
     )
+    if beside is not None:
+        near = _among(centre, ground, near, {lot.id: lot.outline for lot in lots}, beside)
     same = tuple(found for found in near if found.overlap >= SAME_SHARE)
     if len(same) == 1:
         return Decision(Answer.KNOWN, same)
     if candidates := same or tuple(near):
         return Decision(Answer.ASK, candidates)
     return Decision(Answer.NEW)
+
+
+def _among(
+    centre: tuple[float, float],
+    ground: BaseGeometry,
+    near: Sequence[Candidate],
+    outlines: Mapping[str, Outline],
+    beside: Sequence[Outline],
+) -> list[Candidate]:
+    """Return those of the lots near by that an outline may mean, which a person gave among others."""
+    others = [ground_about(centre, each) for each in beside]
+    alike: dict[Candidate, float] = {}
+    for each in near:
+        if each.overlap >= SAME_SHARE:
+            lot = ground_about(centre, outlines[each.lot])
+            likeness = _likeness(ground, lot)
+            if all(_likeness(other, lot) <= likeness for other in others):
+                alike[each] = likeness
+    best = max(alike, key=lambda each: alike[each], default=None)
+    return [*alike] if best is None or alike[best] < ALIKE else [best]
+
+
+def _likeness(one: BaseGeometry, other: BaseGeometry) -> float:
+    common = shared_area(one, other)
+    return common / max(float(one.area + other.area) - common, _LEAST_M2)
 
 
 def _candidate(centre: tuple[float, float], ground: BaseGeometry, lot: Parcel) -> Candidate | None:

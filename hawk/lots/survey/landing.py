@@ -43,6 +43,7 @@ class LandingFacts:
     ``utc``: Unix seconds now. ``flown_s``: real seconds since the last take-off. ``outline``: the area that an
     operator asked for; None without one. ``accuracy``: metres, the receiver's own estimate; None where it gives none.
     ``pictures``: the source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
+    ``beside``: as of `FinishedSurvey`.
     """
 
     name: str
@@ -59,6 +60,7 @@ class LandingFacts:
     accuracy: float | None = None
     pictures: PictureSource | None = None
     title: str = ""
+    beside: tuple[Outline, ...] | None = field(default=None, repr=False)
 
     def at(self, seconds: float) -> float:
         """Return a moment of the daemon's clock as UTC, Unix seconds."""
@@ -103,6 +105,7 @@ def finished(landed: LandingFacts) -> FinishedSurvey:
         accuracy=landed.accuracy,
         pictures=landed.pictures,
         title=landed.title,
+        beside=landed.beside,
         vehicles=_vehicles(landed),
     )
 

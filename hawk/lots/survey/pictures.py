@@ -10,11 +10,12 @@ import os
 import re
 import zipfile
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, select
@@ -29,6 +30,10 @@ KEPT: Final = 12
 _SUFFIX: Final = ".zip"
 _UNFINISHED: Final = ".part"
 _NAME: Final = re.compile(r"(-?\d{1,6})_(-?\d{1,6})\.jpg")
+_WHOLE: Final = "whole.webp"
+_WHOLE_PX: Final = 1280
+"""Pixels of the longer side of the picture of the whole, at most: as many as a screen shows of a lot."""
+_WHOLE_QUALITY: Final = (cv2.IMWRITE_WEBP_QUALITY, 80)
 _LARGEST_TILE: Final = 1 << 20
 """Bytes; a tile of 256 x 256 pixels is never as large."""
 
@@ -68,6 +73,8 @@ class PictureFolder:
         with zipfile.ZipFile(unfinished, "w") as file:
             for (row, column), tile in sorted(mosaic.items()):
                 file.writestr(f"{row}_{column}.jpg", tile.data)
+            with suppress(ValueError):  # of a tile that is no picture: the others can be shown one by one
+                file.writestr(_WHOLE, _whole({key: tile.data for key, tile in mosaic.items()}))
         os.replace(unfinished, target)
 
     def surveys(self) -> set[str]:
@@ -83,6 +90,13 @@ class PictureFolder:
         """Return the keys of a survey's tiles; none without a picture. Raises LotStoreError for a broken file."""
         with self._opened(self._path(survey)) as file:
             return [] if file is None else sorted(_infos(file))
+
+    def whole(self, survey: str) -> bytes | None:
+        """Return one picture of all tiles of a survey, None where there is none: WebP, transparent where nothing was
+        seen, north up, over the rectangle of the tiles. Raises LotStoreError for a broken file.
+        """
+        with self._opened(self._path(survey)) as file:
+            return None if file is None or _WHOLE not in file.NameToInfo else file.read(_WHOLE)
 
     def tile(self, survey: str, key: TileKey) -> bytes | None:
         """Return one tile of a survey, None where there is none. Raises LotStoreError for a broken file."""
@@ -126,6 +140,25 @@ def _infos(file: zipfile.ZipFile) -> dict[TileKey, zipfile.ZipInfo]:
         for name, info in named
         if name is not None and info.file_size <= _LARGEST_TILE
     }
+
+
+def _whole(tiles: Mapping[TileKey, bytes]) -> bytes:
+    """Return one picture of tiles, as fine as they are or coarser by a power of two. Raises ValueError for a tile that
+    is no picture.
+    """
+    south, west, north, east = extent(tiles)
+    across, down = round((east - west) / TILE_M), round((north - south) / TILE_M)
+    side = TILE_CELLS
+    while side > 1 and max(across, down) * side > _WHOLE_PX:
+        side //= 2
+    image = np.zeros((down * side, across * side, 4), np.uint8)
+    top, left = round(-north / TILE_M), round(west / TILE_M)
+    for (row, column), data in tiles.items():
+        pixels, seen = decode_picture(data)
+        shown = cv2.resize(np.dstack([pixels, seen]), (side, side), interpolation=cv2.INTER_AREA)
+        at = (row - top) * side, (column - left) * side
+        image[at[0] : at[0] + side, at[1] : at[1] + side] = shown
+    return bytes(cv2.imencode(".webp", image, _WHOLE_QUALITY)[1])
 
 
 def pictures_of(store: Path) -> PictureFolder:

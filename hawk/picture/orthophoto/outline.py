@@ -1,16 +1,17 @@
 """Outlines of lots that limit the work: GeoJSON, KML, GeoPackage, and OpenStreetMap's XML or JSON.
 
 Where a file says ``amenity``, its areas with ``amenity=parking`` count; lots under the ground, which no picture shows,
-do not. Points and lines beside them are left out.
+do not. Points and lines beside them are left out. Each feature is a lot (`hawk.picture.orthophoto.outline_lots`).
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import shapely
@@ -31,10 +32,19 @@ from hawk.lots.plan_files.values import text_of
 from hawk.lots.values import LotInputError
 from hawk.model.plans import Outline
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
+from hawk.picture.orthophoto.outline_lots import (
+    OutlineFeature,
+    OutlineLot,
+    ground_words,
+    lots_of,
+    parts_of_shape,
+    polygons_of,
+)
 from hawk.picture.values import PictureError
 
 LARGEST_BYTES: Final = 500_000_000
 _PARKING: Final = "parking"
+_NO_GROUND: Final = {"type": "Polygon", "coordinates": []}
 _REMEDY: Final = "name a GeoJSON, GeoPackage or OpenStreetMap file with the outlines of lots"
 _UNDER: Final = "underground"
 _NEAR_DEG: Final = 1e-3
@@ -42,28 +52,31 @@ _CROSSED_SHARE: Final = 0.02
 """Share of an area that lies to the other side of its outline, from which its sides cross by more than a sliver."""
 
 
-class OutlineFeature(NamedTuple):
-    """Properties and shape of a feature, (longitude, latitude), with its number in the file, from 1."""
-
-    facts: Mapping[str, Any]
-    shape: BaseGeometry
-    number: int = 0
-
-
 @dataclass(frozen=True, slots=True)
 class LotOutline:
-    """Lots, each a polygon of (longitude, latitude), degrees in WGS-84, in the order of their file.
+    """Lots of a file, in the order of their names.
 
     ``crossed``: those whose sides cross, so that it is not known which ground they mean, with the number of the
-    feature; each is in ``lots`` as the areas between its lines.
+    feature; each is in ``lots`` as the areas between its lines. ``notes``: sentences on features that are no lots.
     """
 
-    lots: tuple[Polygon, ...] = field(repr=False)
+    lots: tuple[OutlineLot, ...] = field(repr=False)
     crossed: tuple[tuple[int, BaseGeometry], ...] = field(default=(), repr=False)
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, *shapes: BaseGeometry) -> LotOutline:
+        """Return outlines without names, (longitude, latitude)."""
+        return cls(lots_of([OutlineFeature({}, shape, number) for number, shape in enumerate(shapes, 1)]))
+
+    @property
+    def shapes(self) -> tuple[BaseGeometry, ...]:
+        """The ground of each lot."""
+        return tuple(lot.shape for lot in self.lots)
 
     def in_metres(self, grid: PixelGrid) -> NDArray[np.object_]:
         """Return the lots in the picture (M,), (column, row) times the metres of a pixel; those near it only."""
-        moved = [shapely.transform(lot, lambda places: _in_plane(places, grid)) for lot in self.lots]
+        moved = [shapely.transform(lot, lambda places: _in_plane(places, grid)) for lot in self.shapes]
         finite = [lot for lot in moved if np.isfinite(lot.bounds).all()]
         return np.array([shapely.make_valid(lot) for lot in finite], object)
 
@@ -71,11 +84,10 @@ class LotOutline:
         """Return the lots that lie in the picture or partly. Raises PictureError when none does, or one is crossed."""
         ends = np.array([(x, y) for x in np.linspace(0, 1, 9) for y in np.linspace(0, 1, 9)])
         around = shapely.MultiPoint(grid.on_earth(ends * (grid.columns, grid.rows))[:, ::-1])
-        lots = np.array(self.lots, object)
-        lots = lots[np.sort(shapely.STRtree(lots).query(around.envelope.buffer(_NEAR_DEG)))]
-        found = tuple(lot for lot in lots.tolist() if _is_in(lot, grid))
+        near = np.sort(shapely.STRtree(self.shapes).query(around.envelope.buffer(_NEAR_DEG))).tolist()
+        found = tuple(self.lots[k] for k in near if _is_in(self.lots[k].shape, grid))
         if not found:
-            every = shapely.union_all([lot.envelope for lot in self.lots])
+            every = shapely.union_all([lot.envelope for lot in self.shapes])
             if _is_in(shapely.transform(every, lambda places: places[:, ::-1]), grid):
                 raise PictureError("latitude and longitude are exchanged: write longitude first, as GeoJSON has it")
             raise PictureError(
@@ -88,14 +100,13 @@ class LotOutline:
                     f"feature {number}, about {_place(shape)}: its sides cross, so that it is not clear which ground "
                     "it means; put its corners in their order along the lot's edge"
                 )
-        return LotOutline(found)
+        return LotOutline(found, notes=self.notes)
 
     def outline(self) -> Outline:
         """Return the lots as the store has them."""
-        rings = [tuple((float(y), float(x)) for x, y in lot.exterior.coords[:-1]) for lot in self.lots]
-        holes = [
-            tuple((float(y), float(x)) for x, y in ring.coords[:-1]) for lot in self.lots for ring in lot.interiors
-        ]
+        parts = [part for lot in self.shapes for part in polygons_of(lot)]
+        rings = [tuple((float(y), float(x)) for x, y in part.exterior.coords[:-1]) for part in parts]
+        holes = [tuple((float(y), float(x)) for x, y in ring.coords[:-1]) for part in parts for ring in part.interiors]
         return Outline(tuple(rings), tuple(holes))
 
 
@@ -137,10 +148,15 @@ def read_outline(path: Path) -> LotOutline:
             words = error.reason
         raise PictureError(f"{path}: {words}") from error
     of_lots = list(_lots(found))
-    lots = tuple(_polygons(each.shape for each in of_lots))
-    if not lots:
+    drawn = [each for each in of_lots if polygons_of(each.shape)]
+    empty = tuple(ground_words(each) for each in of_lots if not polygons_of(each.shape))
+    if not drawn:
         raise PictureError(f"{path}: holds no area that is a lot, as amenity=parking is; {_REMEDY}")
-    return LotOutline(lots, tuple((each.number, each.shape) for each in of_lots if _is_crossed(each.shape)))
+    try:
+        lots = lots_of(drawn)
+    except PictureError as error:
+        raise PictureError(f"{path}: {error}") from error
+    return LotOutline(lots, tuple((each.number, each.shape) for each in drawn if _is_crossed(each.shape)), empty)
 
 
 def _lots(found: list[OutlineFeature]) -> Iterator[OutlineFeature]:
@@ -156,25 +172,8 @@ def _is_crossed(shape: BaseGeometry) -> bool:
     """Return whether the sides of an outline cross: parts of it, which run about backwards, count as less area."""
     if shape.is_valid:
         return False
-    rings = [Polygon(ring) for part in _parts(shape) for ring in (part.exterior, *part.interiors)]
+    rings = [Polygon(ring) for part in parts_of_shape(shape) for ring in (part.exterior, *part.interiors)]
     return any(ring.area < (1 - _CROSSED_SHARE) * shapely.make_valid(ring).area for ring in rings)
-
-
-def _polygons(shapes: Iterable[BaseGeometry]) -> Iterator[Polygon]:
-    for shape in shapes:
-        valid = shape if shape.is_valid else shapely.make_valid(shape)
-        for part in _parts(valid):
-            if isinstance(part, Polygon) and part.area > 0:
-                yield part
-
-
-def _parts(shape: BaseGeometry) -> Iterator[BaseGeometry]:
-    """Yield the shapes of which one consists, those of collections within it too."""
-    if not hasattr(shape, "geoms"):
-        yield shape
-        return
-    for part in shape.geoms:
-        yield from _parts(part)
 
 
 def _read(data: bytes, kind: Kind) -> list[OutlineFeature]:
@@ -199,13 +198,18 @@ def _read(data: bytes, kind: Kind) -> list[OutlineFeature]:
 
 
 def _kml(data: bytes) -> list[OutlineFeature]:
-    return [
-        OutlineFeature(
-            {}, Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes]), number
-        )
-        for number, area in enumerate(read_areas(data).areas, 1)
-        if len(area.outer) > 2
-    ]
+    """Return the placemarks with areas: those of one placemark are one."""
+    found = []
+    for number, group in groupby(read_areas(data).areas, lambda area: area.feature):
+        areas = list(group)
+        parts = [
+            Polygon([(x, y) for y, x in area.outer], [[(x, y) for y, x in ring] for ring in area.holes])
+            for area in areas
+            if len(area.outer) > 2
+        ]
+        shape = parts[0] if len(parts) == 1 else MultiPolygon(parts)
+        found.append(OutlineFeature(areas[0].facts, shape, number))
+    return found
 
 
 def _geojson(content: dict[str, Any]) -> list[OutlineFeature]:
@@ -215,6 +219,8 @@ def _geojson(content: dict[str, Any]) -> list[OutlineFeature]:
         if not isinstance(feature, dict):
             continue
         geometry = feature["geometry"]
+        if geometry is None:  # QGIS writes a feature without a shape so
+            geometry = _NO_GROUND
         if not isinstance(geometry, dict) or geometry.get("type") not in ("Polygon", "MultiPolygon"):
             continue
         try:
@@ -222,8 +228,9 @@ def _geojson(content: dict[str, Any]) -> list[OutlineFeature]:
         except shapely.errors.ShapelyError as error:
             reason = str(error).strip()[:120]
             raise LotInputError("features", f"hold an area that cannot be read ({reason})") from error
-        facts = feature.get("properties")
-        found.append(OutlineFeature(facts if isinstance(facts, dict) else {}, shape, number))
+        facts, own = feature.get("properties"), feature.get("id")
+        named = str(own) if isinstance(own, str | int) else ""
+        found.append(OutlineFeature(facts if isinstance(facts, dict) else {}, shape, number, named))
     return _on_earth(found, crs)
 
 
@@ -278,10 +285,11 @@ def _osm_xml(text: str) -> Iterator[OutlineFeature]:
         for each in there
         if each.tag == OUTLINE
     }
-    for element in there:
+    for order, element in enumerate(there, 1):
         facts = {tag.get("k", ""): tag.get("v", "") for tag in element.iter("tag")}
         members = [(each.get("role", ""), each.get("ref", "")) for each in element.iter("member")]
-        yield from _osm_area(element.tag, element.get("id", ""), facts, members, outlines)
+        for area in _osm_area(element.tag, element.get("id", ""), facts, members, outlines):
+            yield area._replace(number=order)
 
 
 def _osm_json(content: dict[str, Any]) -> Iterator[OutlineFeature]:
@@ -294,9 +302,11 @@ def _osm_json(content: dict[str, Any]) -> Iterator[OutlineFeature]:
             line = _line_of(holder, nodes)
             if line:
                 outlines[str(holder.get("id", holder.get("ref")))] = line
-    for each in elements:
+    for order, each in enumerate(elements, 1):
         members = [(str(member.get("role", "")), str(member.get("ref", ""))) for member in _members(each)]
-        yield from _osm_area(str(each.get("type")), str(each.get("id")), each.get("tags") or {}, members, outlines)
+        named = str(each.get("type")), str(each.get("id"))
+        for area in _osm_area(*named, each.get("tags") or {}, members, outlines):
+            yield area._replace(number=order)
 
 
 def _members(element: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -329,7 +339,7 @@ def _osm_area(
     outer, inner = (shapely.union_all(shapely.get_parts(shapely.polygonize(lines[key]))) for key in (True, False))
     area = outer.difference(inner)
     if isinstance(area, Polygon | MultiPolygon) and not area.is_empty:
-        yield OutlineFeature(facts, area)
+        yield OutlineFeature(facts, area, id=f"{kind}/{number}")
 
 
 def _on_earth(found: list[OutlineFeature], crs: str) -> list[OutlineFeature]:

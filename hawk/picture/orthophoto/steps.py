@@ -16,9 +16,10 @@ import numpy as np
 
 from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
+from hawk.picture.orthophoto.lots import SurveysByLot
 from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
-from hawk.picture.orthophoto.survey import check_ground, to_survey
+from hawk.picture.orthophoto.survey import Findings, check_ground, to_survey
 from hawk.picture.orthophoto.tile_detector import TileDetector
 from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.orthophoto.windows import CORE_M, Task, Window, WindowStalls, map_window, task_name, windows_of
@@ -151,10 +152,17 @@ def merge_results(
     ]
     if len(left_out) == len(found) > 0:
         raise PictureError(left_out[0].reason)
-    parts = [part for _, part in found if part is not None]
-    mapped = to_survey(
-        source, parts, provenance=provenance, outline=started.lots, model=started.detector.model, left_out=left_out
+    findings = Findings.of(
+        source,
+        [part for _, part in found if part is not None],
+        provenance=provenance,
+        model=started.detector.model,
+        left_out=left_out,
     )
+    mapped = to_survey(findings, started.lots)
+    if started.lots is not None and len(started.lots.lots) > 1:
+        failed = [task.window for task, part in found if part is None]
+        mapped = replace(mapped, lots=SurveysByLot(findings, started.lots, failed))
     try:
         check_ground(mapped, source, has_lots=has_lots)
     except PictureError:

@@ -47,7 +47,7 @@ LARGEST_M: Final = 400.0
 
 
 @dataclass(frozen=True, slots=True)
-class _Plane:
+class PictureFrame:
     """Places of a picture in metres: (column, row) times the metres of a pixel in its middle."""
 
     grid: PixelGrid
@@ -64,38 +64,87 @@ class _Plane:
         return inside
 
 
-def to_survey(
-    source: Orthophoto,
-    results: Sequence[WindowStalls],
-    *,
-    provenance: Provenance | None = None,
-    outline: LotOutline | None = None,
-    model: str = "",
-    left_out: Sequence[LeftOut] = (),
-) -> PictureSurvey:
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """Findings of a picture's windows, merged: ``stalls`` of all of it. ``left_out``: windows without a result.
+
+    ``model``: SHA-256 of the network's file.
+    """
+
+    source: Orthophoto
+    results: Sequence[WindowStalls] = field(repr=False)
+    stalls: Stalls = field(repr=False)
+    provenance: Provenance
+    model: str = ""
+    left_out: tuple[LeftOut, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        source: Orthophoto,
+        results: Sequence[WindowStalls],
+        *,
+        provenance: Provenance | None = None,
+        model: str = "",
+        left_out: Sequence[LeftOut] = (),
+    ) -> Findings:
+        """Merge the findings of windows, in any order. ``provenance``: None: that of the picture's file."""
+        named = provenance or Provenance(source.path.name, SourceKind.ORTHOPHOTO)
+        return cls(source, results, merge_tiles(results, source.grid.metres), named, model, tuple(left_out))
+
+    def chosen(self, stalls: NDArray[np.bool_], suggested: NDArray[np.bool_]) -> Stalls:
+        """Return the stalls and suggestions of two masks."""
+        every = self.stalls
+        return Stalls(every.corners[stalls], every.taken[stalls], every.score[stalls], every.suggested[suggested])
+
+    def counted_on(self, plane: PictureFrame) -> Stalls:
+        """Return those whose middle is on the lots of a plane."""
+        corners, suggested = self.stalls.corners, self.stalls.suggested
+        return self.chosen(plane.has(corners.mean(axis=1)), plane.has(suggested.mean(axis=1)))
+
+
+def to_survey(findings: Findings, outline: LotOutline | None = None) -> PictureSurvey:
     """Return the survey of a picture.
 
     Args:
-        source: The picture.
-        results: The findings of its windows, in any order.
-        provenance: Its name, and what a person says of it; None: that of its file.
+        findings: Those of its windows.
         outline: The lots that limit it; stalls whose middle lies outside are not counted. None: all ground.
-        model: SHA-256 of the network's file.
-        left_out: Windows that could not be looked at.
     """
-    provenance = provenance or Provenance(source.path.name, SourceKind.ORTHOPHOTO)
-    plane = _Plane(source.grid, None if outline is None else outline.in_metres(source.grid))
-    every = merge_tiles(results, source.grid.metres)
-    is_in = plane.has(every.corners.mean(axis=1))
-    suggested = every.suggested[plane.has(every.suggested.mean(axis=1))]
-    stalls = Stalls(every.corners[is_in], every.taken[is_in], every.score[is_in], suggested)
-    found = _found_lots(results, stalls, plane) if outline is None else _lots_in_picture(plane)
+    plane = PictureFrame(findings.source.grid, None if outline is None else outline.in_metres(findings.source.grid))
+    stalls = findings.counted_on(plane)
+    outside = len(findings.stalls) - len(stalls)
+    largest = LARGEST_M
+    if outline is not None and len(outline.lots) == 1 and outline.lots[0].facts.is_named:
+        title = findings.provenance.title or outline.lots[0].facts.name
+        findings = replace(findings, provenance=replace(findings.provenance, title=title))
+    elif outline is not None and len(outline.lots) > 1:
+        largest = 0.0  # each lot has a picture of its own
+    mapped = survey_of(findings, plane, stalls, outline, largest)
+    of_stalls = _notes(stalls, outside, has_picture=mapped.ground is not None or not largest)
+    of_outline = () if outline is None else outline.notes
+    return replace(mapped, notes=(*mapped.notes, *of_outline, *of_stalls))
+
+
+def survey_of(
+    findings: Findings, plane: PictureFrame, stalls: Stalls, outline: LotOutline | None, largest: float = LARGEST_M
+) -> PictureSurvey:
+    """Return the survey of a part of a picture.
+
+    Args:
+        findings: Those of the picture, with the windows near that part.
+        plane: The picture with the lots of that part.
+        stalls: Those that count there.
+        outline: The same lots on Earth; None: all ground.
+        largest: Side of the largest ground of which a picture is drawn, metres.
+    """
+    source, results, provenance = findings.source, findings.results, findings.provenance
+    found = _found_lots(results, stalls, plane) if outline is None else []
     box = _box_of(plane)
     origin = _origin(source.grid, box)
-    ground = ground_of_box(source, box, origin, LARGEST_M)
-    seen_m2 = round(sum(_seen_m2(part, plane) for part in results), 1)
-    limits = tuple(_limits(plane, seen_m2, len(left_out)))
-    place, program = _place_name(source, outline), program_name(model)
+    ground = ground_of_box(source, box, origin, largest)
+    seen_m2 = round(sum(seen_of(part, plane) for part in results), 1)
+    limits = tuple(_limits(plane, seen_m2, len(findings.left_out)))
+    place, program = _place_name(source, outline), program_name(findings.model)
     ids = id_of(place), id_of(f"{place} {source.identity} {program}")
     lots = _on_earth(found, source.grid) if outline is None else outline.outline()
     on_earth = _on_earth_of(stalls, source.grid, origin)
@@ -103,15 +152,8 @@ def to_survey(
     current = OccupancyMap(tiles, mosaic, _on_map(stalls, on_earth), version=1, map_id=ids[1])
     landed = replace(_landed(source, provenance, origin, current, program), pictures=provenance.source(limits))
     landed = replace(landed, outline=lots if lots.polygons else None)
-    return PictureSurvey(
-        export_survey(landed, ids, lots, _exported(stalls, on_earth, landed.utc)),
-        landed,
-        ground,
-        seen_m2,
-        source.crs,
-        tuple(left_out),
-        (*source.notes, *_notes(stalls, len(every) - len(stalls), has_picture=ground is not None)),
-    )
+    exported = export_survey(landed, ids, lots, _exported(stalls, on_earth, landed.utc))
+    return PictureSurvey(exported, landed, ground, seen_m2, source.crs, findings.left_out, source.notes)
 
 
 def _landed(
@@ -140,7 +182,7 @@ def check_ground(mapped: PictureSurvey, source: Orthophoto, *, has_lots: bool) -
     raise PictureError(f"{source.path.name}: shows no ground: {words}, or export the picture again")
 
 
-def _limits(plane: _Plane, seen_m2: float, left_out: int) -> Iterator[Limit]:
+def _limits(plane: PictureFrame, seen_m2: float, left_out: int) -> Iterator[Limit]:
     """Yield what limits a survey. ``seen_m2``: ground of the lots that was seen; ``left_out``: number of windows."""
     if is_coarser(max(plane.grid.metres), COARSE_M):
         yield Limit.COARSE
@@ -163,7 +205,7 @@ def _place_name(source: Orthophoto, outline: LotOutline | None) -> str:
     place = source.path.resolve().as_uri()
     if outline is None:
         return place
-    rounded = (shapely.transform(lot, lambda at: np.round(at, _SAME_DIGITS)) for lot in outline.lots)
+    rounded = (shapely.transform(lot, lambda at: np.round(at, _SAME_DIGITS)) for lot in outline.shapes)
     lots = sorted(shapely.to_wkt(shapely.normalize(lot), rounding_precision=_SAME_DIGITS) for lot in rounded)
     return " ".join([place, *lots])
 
@@ -245,7 +287,7 @@ def _origin(grid: PixelGrid, box: tuple[float, float, float, float]) -> LatLon:
     return _place(np.round(grid.on_earth(middle)[0], _DIGITS))
 
 
-def _box_of(plane: _Plane) -> tuple[float, float, float, float]:
+def _box_of(plane: PictureFrame) -> tuple[float, float, float, float]:
     """Return left, top, right and bottom of the ground that counts, metres."""
     whole = np.array([0.0, 0.0, plane.grid.columns, plane.grid.rows]) * np.tile(plane.grid.metres, 2)
     if plane.lots is not None and len(plane.lots):
@@ -255,17 +297,13 @@ def _box_of(plane: _Plane) -> tuple[float, float, float, float]:
     return left, top, max(right, left), max(bottom, top)
 
 
-def _lots_in_picture(plane: _Plane) -> list[Polygon]:
-    return [] if plane.lots is None else list(plane.lots)
-
-
 def _cell_m(part: WindowStalls, grid: PixelGrid) -> tuple[FloatArray, FloatArray]:
     """Return the upper left corner of a window's core, and the sides of its cells, metres."""
     core = np.array(part.window.core, np.float64) * np.tile(grid.metres, 2)
     return core[:2], (core[2:] - core[:2]) / np.array(part.seen.shape[::-1])
 
 
-def _seen_m2(part: WindowStalls, plane: _Plane) -> float:
+def seen_of(part: WindowStalls, plane: PictureFrame) -> float:
     """Return the ground of a window's core that was seen, on the lots, square metres."""
     corner, side = _cell_m(part, plane.grid)
     if plane.lots is None:
@@ -278,7 +316,7 @@ def _seen_m2(part: WindowStalls, plane: _Plane) -> float:
     return float(ground.area - shapely.contains_xy(ground, *unseen.T).sum() * side.prod())
 
 
-def _found_lots(results: Sequence[WindowStalls], stalls: Stalls, plane: _Plane) -> list[Polygon]:
+def _found_lots(results: Sequence[WindowStalls], stalls: Stalls, plane: PictureFrame) -> list[Polygon]:
     """Return the ground of the lots that was found, metres: outer rings, islands and drives closed."""
     metres = np.array(plane.grid.metres)
     pieces = [Polygon(corners * metres) for corners in stalls.corners]

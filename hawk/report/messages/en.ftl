@@ -155,7 +155,7 @@ method-range = A range holds the true figure 9 times in 10. It has room for wron
 method-mean = A mean is over the hours with a survey, which count alike. An hour that nobody flew is in no figure; it is not zero.
 method-between = A survey shows a moment. Nothing is known of the time between two surveys: a stall that was free in both may have been taken between them.
 method-always = A stall counts as always taken where two surveys or more saw it, and each found it taken.
-method-labels = Labels are as painted where a person confirmed them, else our guess. An older survey keeps the labels of its time.
+method-labels = Labels are as painted where a person confirmed them, else our guess. They are those of the present plan, for older surveys too.
 method-pictures = { $count ->
     [one] One survey was made of pictures that others took: its places and its time are theirs.
    *[other] { $count } surveys were made of pictures that others took: their places and times are theirs.

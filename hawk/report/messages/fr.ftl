@@ -164,7 +164,7 @@ method-range = Une fourchette contient la vraie valeur 9 fois sur 10. Elle tient
 method-mean = Une moyenne porte sur les heures avec un relevé, qui comptent toutes autant. Une heure où personne n’a volé n’entre dans aucun chiffre ; elle n’est pas zéro.
 method-between = Un relevé montre un instant. Rien n’est connu du temps entre deux relevés : une place libre dans les deux a pu être occupée entre-temps.
 method-always = Une place compte comme toujours occupée si deux relevés ou plus l’ont vue, et que chacun l’a trouvée occupée.
-method-labels = Les étiquettes sont celles peintes au sol si une personne les a confirmées, sinon notre estimation. Un relevé ancien garde les étiquettes de son temps.
+method-labels = Les étiquettes sont celles peintes au sol si une personne les a confirmées, sinon notre estimation. Ce sont celles du plan actuel, même pour un relevé ancien.
 method-pictures = { $count ->
     [one] Un relevé a été fait d’images prises par d’autres : ses positions et son heure sont les leurs.
    *[other] { $count } relevés ont été faits d’images prises par d’autres : leurs positions et leurs heures sont les leurs.

@@ -59,6 +59,7 @@ const results = await Promise.all([
     plugins: [messages],
   }),
   build({ ...shared, entryPoints: ["src/link/life-worker.ts"], outfile: join(out, "life-worker.js") }),
+  build({ ...shared, entryPoints: ["src/early.ts"], outfile: join(out, "early.js"), format: "iife" }),
   build({
     ...shared,
     entryPoints: { app: "src/styles/app.css", views: "src/styles/views.css" },
@@ -72,11 +73,12 @@ const { outputs } = results[0].metafile;
 const everything = results.flatMap((result) => Object.keys(result.metafile.outputs));
 const fonts = everything.filter((name) => name.endsWith(".woff2"));
 const languages = everything.filter((name) => name.endsWith(".ftl"));
+const late = Object.keys(outputs).filter((name) => name.endsWith(".js") && !before("app.js").has(name) && !/^guest\.js$/.test(basename(name)));
 for (const [name, entry] of [["index.html", "app.js"], ["shared.html", "guest.js"]]) {
   await preload(name, entry);
 }
-await checkSize("first view", [...[...before("app.js")].map((name) => join(here, name)), join(out, "app.css"), join(out, "index.html"), ...fonts], LARGEST_GZIP);
-const late = Object.keys(outputs).filter((name) => name.endsWith(".js") && !before("app.js").has(name) && !/^guest\.js$/.test(basename(name)));
+const first = ["early.js", "app.css", "index.html"].map((name) => join(out, name));
+await checkSize("first view", [...[...before("app.js")].map((name) => join(here, name)), ...first, ...fonts], LARGEST_GZIP);
 await checkSize("views opened later", [...late, join(out, "views.css")], LARGEST_VIEWS_GZIP, false);
 const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
 await writeFile(join(out, "licences.txt"), await licences(inputs));
@@ -102,10 +104,17 @@ async function checkSize(name, files, largest, inOneLanguage = true) {
   console.log(`${name}: ${(total / 1000).toFixed(1)} kB (gzip)`);
 }
 
+/** What a page reads besides when one of its views is opened. */
+function opened(entry) {
+  const views = Object.keys(outputs).find((name) => outputs[name].entryPoint === "src/views/lot-views.ts");
+  return [...[...before(basename(views))].filter((name) => !before(entry).has(name)).map((name) => basename(name)), "views.css"];
+}
+
 /** The browser asks for fonts and parts at once, not when it has read what wants them: nothing moves when they come. */
 async function preload(page, entry) {
   const parts = [...before(entry)].map((name) => basename(name)).filter((name) => name !== entry);
   const links = [
+    ...(entry === "app.js" ? [`<script src="early.js" data-late="${opened(entry).join(" ")}" async></script>`] : []),
     ...new Set(fonts.map((name) => `<link rel="preload" href="${basename(name)}" as="font" type="font/woff2" crossorigin />`)),
     ...parts.map((name) => `<link rel="modulepreload" href="${name}" />`),
   ];

@@ -6,6 +6,7 @@ what a feed says changes with the time, too.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from hawk.exports import feeds, files
     from hawk.lots.survey import pictures
+    from hawk.lots.survey.pictures import PictureFolder
 else:
     feeds, files, pictures = map(
         late_functions, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures")
@@ -30,6 +32,7 @@ else:
 
 TILE_CACHING: Final = "private, max-age=86400"
 """A day: then a browser asks once whether the survey is there."""
+_TILE_HEADERS: Final[Mapping[str, str]] = {hdrs.CACHE_CONTROL: TILE_CACHING}
 
 
 @answered
@@ -66,15 +69,29 @@ async def survey_ground(request: web.Request) -> web.StreamResponse:
 async def survey_tile(request: web.Request) -> web.StreamResponse:
     """A tile of a survey's picture. A picture never changes: a browser keeps its tiles."""
     query_of(request, Query)
-    survey = request.match_info["id"]
     key = int(request.match_info["row"]), int(request.match_info["column"])
-    store = await opened(request)
-    async with in_time(BUSY):
-        data = await store.read(lambda _: pictures.pictures_of(store.path).tile(survey, key))
+    data = await _picture(request, lambda folder, survey: folder.tile(survey, key))
     if data is None:
         raise NotFoundError("row: there is no tile at this row and column")
-    headers: dict[str, str] = {hdrs.CACHE_CONTROL: TILE_CACHING}
-    return await made(request, lambda: Answer(data, content_type="image/jpeg", headers=headers))
+    return await made(request, lambda: Answer(data, content_type="image/jpeg", headers=_TILE_HEADERS))
+
+
+@answered
+async def survey_whole(request: web.Request) -> web.StreamResponse:
+    """All of a survey's picture in one, for a screen; 204 where there is none: it is asked for before that is known."""
+    query_of(request, Query)
+    data = await _picture(request, lambda folder, survey: folder.whole(survey))
+    if data is None:
+        return web.Response(status=web.HTTPNoContent.status_code)
+    return await made(request, lambda: Answer(data, content_type="image/webp", headers=_TILE_HEADERS))
+
+
+async def _picture(request: web.Request, read: Callable[[PictureFolder, str], bytes | None]) -> bytes | None:
+    """Return a picture out of the folder of a store's pictures by the id of the survey in the address."""
+    survey = request.match_info["id"]
+    store = await opened(request)
+    async with in_time(BUSY):
+        return await store.read(lambda _: read(pictures.pictures_of(store.path), survey))
 
 
 @answered

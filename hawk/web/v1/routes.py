@@ -11,7 +11,7 @@ from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
 from hawk.web.v1 import films, plan_files, reports
-from hawk.web.v1.answers import OPENAPI, Answer, answered, base_of, made, text_of
+from hawk.web.v1.answers import KEPT, OPENAPI, Answer, KeptAnswers, answered, base_of, made, text_of
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
@@ -34,6 +34,7 @@ _DEFINITION: Final = web.AppKey("api_definition", _Definition)
 def add_routes(app: web.Application) -> None:
     """Add every address of the table, and that of the definition."""
     app[_DEFINITION] = _Definition()
+    app[KEPT] = KeptAnswers()
     plan_files.prepare(app)
     reports.prepare(app)
     films.prepare(app)

@@ -246,6 +246,8 @@ _FEEDS: Final = (
               exports.feed, None, parameters.FeedOptions, content_types=_FEED_TYPES),
     Operation("GET", "/surveys/{id}/ground", "survey_ground", "Where the tiles of a survey's picture lie", SURVEYS,
               exports.survey_ground, lots.SurveyGround),
+    Operation("GET", "/surveys/{id}/ground/whole", "survey_whole", "A survey's picture in one; 204 without one",
+              SURVEYS, exports.survey_whole, None, content_types=("image/webp",)),
     Operation("GET", "/surveys/{id}/ground/{row}/{column}", "survey_tile", "A tile of a survey's picture", SURVEYS,
               exports.survey_tile, None, content_types=("image/jpeg",)),
     Operation("GET", "/surveys/{id}/files/{kind}", "survey_file", "A survey as a file; 409 where it cannot be drawn",

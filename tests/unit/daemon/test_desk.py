@@ -13,7 +13,7 @@ from hawk.comm.protocol.heartbeat import ClientId
 from hawk.daemon.desk import Under, ground_under, refuse
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
-from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.lots.values import NotFoundError
 from hawk.store.store_lock import held_store
 from tests.unit.lots.repaints import Archive, flown
 from tests.unit.lots.survey.test_pictures import MOSAIC
@@ -55,13 +55,21 @@ def test_a_lot_is_chosen_by_name_and_one_that_is_not_there_is_named(archive: Arc
         under(archive, pictures, "Mall")
 
 
-def test_a_broken_picture_is_named_with_its_remedy(archive: Archive) -> None:
+def test_a_broken_picture_is_logged_with_its_remedy_and_the_one_before_is_shown(
+    archive: Archive, caplog: pytest.LogCaptureFixture
+) -> None:
     pictures = pictures_of(archive.store.path)
-    survey = archive.add(flown(1)).survey
-    pictures.write(survey, MOSAIC)
-    next(archive.store.path.parent.glob(f"*/{survey}.zip")).write_bytes(b"PK")
-    with pytest.raises(LotStoreError, match="remove it"):
-        under(archive, pictures)
+    older, newer = (archive.add(flown(number)).survey for number in (1, 2))
+    for survey in (older, newer):
+        pictures.write(survey, MOSAIC)
+    broken = {each: next(archive.store.path.parent.glob(f"*/{each}.zip")) for each in (older, newer)}
+    broken[newer].write_bytes(b"PK")
+    found = under(archive, pictures)
+    assert found is not None
+    assert found.mosaic.map_id == older
+    assert "remove it: only the picture of that survey is lost" in caplog.text
+    broken[older].write_bytes(b"PK")
+    assert under(archive, pictures) is None
 
 
 def test_a_command_to_a_drone_is_refused_in_words() -> None:

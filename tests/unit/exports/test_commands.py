@@ -12,8 +12,8 @@ import pytest
 from hawk.cli import main
 from hawk.exports import files
 from hawk.lots.values import LotStoreError
-from tests.unit.exports.stored import Stored
-from tests.unit.lots.repaints import flown
+from tests.unit.exports.stored import Stored, mosaic
+from tests.unit.lots.repaints import extra, flown
 
 
 def run(stored: Stored, tmp_path: Path, *arguments: str) -> int:
@@ -27,7 +27,7 @@ def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: py
     assert run(stored, tmp_path, "--out", str(out)) == 0
     assert len(out.read_text().splitlines()) == 61
     said = capsys.readouterr().out
-    assert said.startswith(f"survey {stored.first.survey}\n{out}: 0.0")
+    assert said == f"survey {stored.first.survey}\n{out}: {out.stat().st_size / 1e6:.2f} MB\n"
 
 
 @pytest.mark.slow
@@ -70,6 +70,7 @@ def test_a_feed_is_printed(
             "--valid-s: is not used by cds-aggregates, a feed over a pe",
         ),
         (["--out", "lot.csv", "--valid-s", "9"], 2, "--valid-s: only together with --feed"),
+        (["--feed", "cds", "--valid-s", "0.9"], 2, "--valid-s"),
         (["--feed", "cds", "--survey", "all"], 2, "--survey: there is no survey 'all' of this lot"),
     ],
 )
@@ -130,6 +131,26 @@ def test_a_disk_without_room_is_named_with_the_remedy(
         said
         == f"hawk-drone: --out: {out}: no room is left on its disk; make room there, or name a file on another disk\n"
     )
+
+
+@pytest.mark.slow
+def test_pictures_with_labels_are_counted_beside_surveys_that_teach_nothing(
+    stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stored.edit({"do": "confirm", "all": True})
+    one, two = tmp_path / "one", tmp_path / "two"
+    train = "Train on from them: python -m training.adapt {} --out FILE\n".format
+    assert run(stored, tmp_path, "--training", str(one)) == 0
+    assert capsys.readouterr().out == f"{one}: pictures with labels: 1\n{train(one)}"
+    later = Stored(tmp_path / "later")
+    later.take_over(later.add(extra(flown(2))).survey, begin="all")
+    newest = later.add(extra(flown(3)))
+    later.pictures.write(newest.survey, mosaic())
+    later.add(extra(flown(4)))
+    later.edit({"do": "confirm", "all": True})
+    assert run(later, tmp_path / "later", "--training", str(two)) == 0
+    gone = "surveys without a picture: 1\nsurveys from before new paint: 2\n"
+    assert capsys.readouterr().out == f"{two}: pictures with labels: 1\n{gone}{train(two)}"
 
 
 def test_a_folder_for_training_that_cannot_be_written_is_named() -> None:

@@ -32,6 +32,13 @@ def test_a_ring_runs_counter_clockwise_whichever_it_was(ring: tuple[tuple[float,
     assert found[0][0] == found[0][-1]
 
 
+def test_a_ring_that_is_closed_already_is_drawn_like_one_that_is_not() -> None:
+    assert drawn(Outline(((*SQUARE, SQUARE[0]),))) == drawn(Outline((SQUARE,)))
+    ground = drawn(Outline((SQUARE,)))[0]
+    assert ground is not None
+    assert len(ground.coordinates[0][0]) == len(SQUARE) + 1
+
+
 def test_each_outline_has_its_own_ground() -> None:
     outlines = (Outline((SQUARE,)), Outline(), Outline((FIVE,)), Outline((BOW,)), Outline((SQUARE, FAR), (HOLE,)))
     grounds = drawn(*outlines)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import io
+import json
 import zipfile
 from pathlib import Path
 
@@ -12,12 +13,16 @@ import pyogrio
 import pytest
 import shapely
 
-from hawk.exports.files import TABLES, export, made
-from hawk.exports.formats import WRITTEN
+from hawk.exports.feeds import feed_text
+from hawk.exports.files import TABLES, export, made, tiles_of
+from hawk.exports.formats import WRITTEN, Wanted
+from hawk.lots.answers import SurveyPlace
+from hawk.lots.registration.frames import same_stalls
 from hawk.lots.registration.georeference import about
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import Doubtful, KnownGround, LotStoreError, MappedGround, Registration
 from hawk.results.stall_files import CSV_COLUMNS
 from tests.unit.exports.stored import Stored
+from tests.unit.lots.repaints import flown
 
 BEGINNINGS = {
     ".csv": b"stall_id,", ".geojson": b'{"type": "FeatureCollection"', ".gpkg": b"SQLite format 3\x00",
@@ -63,6 +68,34 @@ def test_gdal_opens_the_table(stored: Stored, tmp_path: Path) -> None:
     meta, _, _, values = pyogrio.raw.read(tmp_path / "lot.csv")
     assert tuple(meta["fields"]) == CSV_COLUMNS
     assert len(values[0]) == 60
+
+
+@pytest.mark.slow
+def test_a_picture_lies_where_its_survey_is_registered_and_one_in_doubt_in_its_own_frame(stored: Stored) -> None:
+    def turned(known: KnownGround, found: MappedGround) -> Registration:
+        return Registration(0.5, -0.25, 0.01, same_stalls(known.stalls, found.stalls))
+
+    moved, doubtful = stored.add(flown(2), turned), stored.add(flown(3), lambda *_: Doubtful("it may lie beside"))
+    with stored.store.reading() as connection:
+        tiles = {each.survey: tiles_of(connection, each.survey, stored.pictures) for each in (moved, doubtful)}
+        first = tiles_of(connection, stored.first.survey, stored.pictures)
+    place = tiles[moved.survey].place
+    assert (place.north, place.east, place.turn) == pytest.approx((0.5, -0.25, 0.01), abs=0.2)
+    assert place.turn == pytest.approx(0.01, abs=1e-3)
+    assert tiles[doubtful.survey].place == first.place == SurveyPlace(north=0.0, east=0.0, turn=0.0)
+    assert sorted(first.tiles) == [[row, column] for row in (-1, 0) for column in (-1, 0, 1, 2)]
+    assert (tiles[moved.survey].tiles, first.cells, first.cell_m) == ([], 256, 0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("age_s", "is_known"), [(3600.0, True), (3601.0, False)])
+def test_a_feed_gives_a_state_for_an_hour_where_no_other_time_is_named(
+    stored: Stored, age_s: float, is_known: bool
+) -> None:
+    looked_at = max(each.looked_at or 0.0 for each in stored.read().stalls)
+    with stored.store.reading() as connection:
+        text = feed_text(connection, "cds", Wanted(stored.lot), looked_at + age_s)
+    assert any("available" in each for each in json.loads(text)["data"]["spaces"]) is is_known
 
 
 @pytest.mark.slow

@@ -29,7 +29,7 @@ def given(name: str) -> bytes:
 def test_what_the_fence_takes_every_reader_of_areas_takes(name: str) -> None:
     assert len(read_fence(INPUTS / name).ring) == 4
     assert len(read_survey_outline(INPUTS / name).polygons[0]) == 4
-    (lot,) = read_outline(INPUTS / name).lots
+    (lot,) = read_outline(INPUTS / name).shapes
     assert (lot.centroid.x, lot.centroid.y) == pytest.approx(WHERE[name], abs=1e-3)
     assert lot.area == pytest.approx(4e-6, rel=1e-3)
     with pytest.raises(LotInputError, match=r"features\[0\]: is \d+\.\d+ by \d+\.\d+ m: a stall is"):
@@ -71,7 +71,7 @@ def test_stalls_with_arcs_are_read() -> None:
 
 @pytest.mark.slow
 def test_an_outline_of_a_curves_type_is_read_with_its_straight_sides() -> None:
-    (lot,) = read_outline(INPUTS / "curve_outline.gpkg").lots
+    (lot,) = read_outline(INPUTS / "curve_outline.gpkg").shapes
     assert (lot.centroid.x, lot.centroid.y) == pytest.approx((-79.9188, 43.2597), abs=1e-3)
 
 
@@ -84,7 +84,7 @@ def test_what_a_program_has_not_put_into_its_geopackage_yet_is_read(tmp_path: Pa
     opened.execute("PRAGMA journal_mode = WAL")
     opened.execute("UPDATE stalls SET geom = ?", (b"GP\x00\x01" + (4326).to_bytes(4, "little") + newer.wkb,))
     opened.commit()
-    (found,) = read_outline(path).lots
+    (found,) = read_outline(path).shapes
     opened.close()
     assert found.equals(newer)
 

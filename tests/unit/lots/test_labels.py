@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from hawk.lots.labels import lasting_labels, parts_of
+from hawk.lots.operations import free_labels
 from hawk.model.lot_map import Stall
 from hawk.results.label_parts import numbered
 from tests.unit.lots.surveys import stall
@@ -90,3 +91,9 @@ def test_labels_of_owners_are_numbered_as_they_are_written(label: str, next_one:
     assert parts is not None
     assert (parts.with_number(parts.number + 1), parts.in_row("Q")) == (next_one, elsewhere)
     assert numbered("Boss") is None
+
+
+def test_rows_of_a_lot_that_joins_another_one_get_letters_that_neither_has() -> None:
+    used = {"A 1", "B 1", "Gate"}
+    assert free_labels(["A 1", "A 2", "C 1", "Gate", "Exit"], used) == ["D 1", "D 2", "C 1", "Gate-2", "Exit"]
+    assert free_labels(["C 1", "B 2"], used) == ["C 1", "D 2"]

@@ -3,7 +3,7 @@ from __future__ import annotations
 import pytest
 
 from hawk.lots.names import SHOWN, chosen_survey
-from hawk.lots.values import NotFoundError
+from hawk.lots.values import LotInputError, NotFoundError, checked_name, fitting_name
 
 DAY_S = 86_400.0
 SURVEYS = [(f"{number:02x}aa4c1f-0000-4000-8000-000000000000", number * DAY_S) for number in range(12)]
@@ -33,3 +33,23 @@ def test_without_one_the_newest_surveys_are_listed() -> None:
     assert str(raised.value).count(" of 1970") == SHOWN
     with pytest.raises(NotFoundError, match="--survey: there is no survey 'zz'; there are none"):
         chosen_survey([], "zz")
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "\u0645\u06cc\u200c\u0631\u0648\u0645",
+        "\U0001f468\u200d\U0001f469\u200d\U0001f467",
+        "=1+1 <b>",
+        "\u05e9\u05dc\u05d5\u05dd",
+    ],
+)
+def test_a_lot_may_have_a_name_of_any_script(name: str) -> None:
+    assert checked_name(f" {name} ") == name
+    assert fitting_name(name) == name
+
+
+@pytest.mark.parametrize("name", ["\u202eevil", "a\0b", "\u200d", "\u200c \u200d"])
+def test_a_name_that_cannot_be_seen_is_refused(name: str) -> None:
+    with pytest.raises(LotInputError, match="cannot be shown"):
+        checked_name(name)

@@ -13,6 +13,7 @@ from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import LotInputError
+from hawk.stats.period import period_of_lot
 from tests.unit.lots.surveys import survey
 
 PLACES = {
@@ -54,6 +55,16 @@ def test_a_person_corrects_it_and_an_undo_brings_that_of_the_place_back(store: D
         assert zone_of_lot(connection, lot) == "UTC"
         commands.undo(connection, again.seq, 4.0)
         assert zone_of_lot(connection, lot) == "Europe/Amsterdam"
+
+
+@pytest.mark.slow
+def test_a_name_that_this_computer_does_not_know_is_that_of_the_place(store: Database) -> None:
+    lot = lot_of(store)
+    with store.writing() as connection:
+        connection.execute(update(LOT).values(time_zone="Mars/Olympus"))
+    with store.reading() as connection:
+        assert lists.lot(connection, lot).time_zone == "Europe/Amsterdam"
+        assert period_of_lot(connection, lot, "2026-05-04").begin is not None
 
 
 @pytest.mark.parametrize("name", ["Mars/Olympus", "", "../UTC", "localtime", "Factory", "Europe", "CET+1", 5])

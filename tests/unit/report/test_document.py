@@ -12,12 +12,17 @@ from sqlalchemy import text
 from hawk.exports.ground import Ground
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.pictures import pictures_of
+from hawk.report.canvas import lot_drawing
 from hawk.report.document import MOST_ROWS, content_policy, document
-from hawk.report.options import LANGUAGES, PAPERS, Form, Language, Paper
+from hawk.report.options import LANGUAGES, PAPERS, Form, Language, Paper, Wanted
 from hawk.report.picture import MOST_BYTES, _about_stalls, _jpeg, _Sheet
+from hawk.report.queries import read_report
+from hawk.report.values import DrawnZone
+from hawk.report.words import Words
+from hawk.stats.use_query import asked_of
 from tests.unit.report.conftest import Read
 from tests.unit.report.read_back import Page
-from tests.unit.report.week import NAME, ZONE, mosaic
+from tests.unit.report.week import NAME, NOW, ZONE, Week, mosaic
 
 ENGLISH = Form()
 NBSP = "\N{NO-BREAK SPACE}"
@@ -44,6 +49,38 @@ def test_the_first_page_says_lot_question_answer_and_figures_each_with_its_range
     assert all(" to " in rows[name][3] for name in ("A", "B", "C", "Lot"))
     assert re.fullmatch(r"1\d+ to \d+", rows["A"][4])
     assert rows["Lot"][1] == "60"
+
+
+@pytest.mark.slow
+def test_the_picture_has_the_letters_of_its_figures_also_where_a_row_was_named_after_the_survey(tmp_path: Path) -> None:
+    week = Week(tmp_path)
+    week.edit({"do": "rename", "row": "A", "to": "P"}, {"do": "confirm", "row": "B"})
+    with week.store.reading() as connection:
+        report = read_report(connection, week.pictures, Wanted(week.lot, asked_of(None, None)), NOW)
+    week.store.close()
+    assert report.newest is not None
+    assert report.newest.picture is not None
+    assert {row.name for row in report.newest.picture.rows} == {row.name for row in report.rows} == {"P", "B", "C"}
+    assert report.newest.named == 40
+
+
+@pytest.mark.slow
+def test_the_name_of_a_zone_lies_within_the_picture_however_long_it_is_and_wherever_the_zone_lies(read: Read) -> None:
+    report = read()
+    assert report.newest is not None
+    assert report.newest.picture is not None
+    picture = report.newest.picture
+    for left, top in ((0.0, 0.0), (-900.0, picture.height - 1.0), (picture.width + 900.0, picture.height + 900.0)):
+        zone = DrawnZone("x" * 200, ((left, top), (left + 9, top), (left + 9, top + 9), (left, top + 9)))
+        drawn = str(lot_drawing(replace(picture, zones=(zone,)), Words("en"), 680, 330))
+        plate = re.search(r'<rect x="([-\d.]+)" y="([-\d.]+)" width="([\d.]+)" height="14"', drawn)
+        ground = re.search(r'height="([\d.]+)"[^>]*fill="#ececec"', drawn)
+        assert plate is not None
+        assert ground is not None
+        x, y, wide = map(float, plate.groups())
+        assert x >= 0
+        assert x + wide <= 680
+        assert 0 <= y <= float(ground[1]) - 14
 
 
 @pytest.mark.slow

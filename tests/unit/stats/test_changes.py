@@ -54,3 +54,17 @@ def test_a_row_that_was_drawn_again_is_compared_by_its_ground() -> None:
     assert (found.compared, found.matched, found.begin, found.gone, found.free.value) == (2, 2, (), (), 1.0)
     (changed,) = found.stalls
     assert (changed.label, changed.id, changed.former) == ("A 3", four.stalls[2].id, four.stalls[0].id)
+
+
+@pytest.mark.parametrize(("apart", "is_same"), [(1.2, True), (1.3, False), (2.4, False)])
+def test_stalls_that_share_half_of_their_ground_or_less_are_two(apart: float, is_same: bool) -> None:
+    two = placed(panel([at(8), at(9)], [[TAKEN, UNSEEN], [UNSEEN, FREE]]), [0, apart], [[True, False], [False, True]])
+    found = changes_between(two, 0, 1)
+    assert (found.matched, len(found.begin), len(found.gone)) == ((1, 0, 0) if is_same else (0, 1, 1))
+
+
+def test_a_stall_that_was_drawn_again_is_the_one_with_which_it_shares_most() -> None:
+    states = [[TAKEN, FREE, UNSEEN], [UNSEEN, UNSEEN, FREE]]
+    three = placed(panel([at(8), at(9)], states), [1.2, 0.2, 0.0], [[True, True, False], [False, False, True]])
+    found = changes_between(three, 0, 1)
+    assert (found.matched, [each.label for each in found.gone], found.free.value) == (1, ["A 1"], 0.0)

@@ -63,6 +63,7 @@ def test_csv_has_a_line_a_part_that_names_lot_clock_and_surveys(run: Run, by: st
 def test_json_has_every_figure_with_low_high_and_surveys(run: Run) -> None:
     _, out, _ = run("Lot 1", "--by", "row", "--json")
     found = json.loads(out)
+    assert out.startswith('{\n "lot": ')
     assert set(found["whole"]["occupancy"]) == {"value", "low", "high", "surveys"}
     assert found["parts"][0]["name"] == "A"
     assert [hour["occupancy"]["value"] is None for hour in found["hours"]].count(False) == 1

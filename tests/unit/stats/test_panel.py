@@ -279,6 +279,20 @@ def test_a_part_of_what_is_kept_is_that_which_is_read_alone(
         np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 
+def test_stalls_of_other_layouts_are_left_out_of_a_period(store: Database) -> None:
+    lot = lot_of(store, seen({1: StallState.TAKEN, 3: StallState.UNKNOWN}), later(seen({2: StallState.TAKEN}), 2))
+    with store.writing() as connection:
+        connection.execute(update(STALL).where(STALL.c.label == "A 2").values(begins=2))
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 2).values(layout=2))
+        ended = connection.execute(select(SURVEY.c.ended).order_by(SURVEY.c.seq)).scalars().all()
+    with store.reading() as connection:
+        panel = read_panel(connection, lot, Period(None, ended[0] + 1, UTC, "UTC"))
+    assert [stall.label for stall in panel.stalls[:3]] == ["A 1", "A 3", "A 4"]
+    assert panel.state[0, :3].tolist() == [TAKEN, UNSEEN, FREE]
+    assert panel.taken_probability[0, :3].tolist() == pytest.approx([0.99, 0.5, 0.01])
+    assert panel.is_there.all()
+
+
 def test_a_wider_period_is_read_again_and_then_kept(store: Database) -> None:
     lot = lot_of(store, seen({1: StallState.TAKEN}), later(seen({2: StallState.TAKEN}), 2))
     statements: list[str] = []

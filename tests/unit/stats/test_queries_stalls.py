@@ -37,6 +37,14 @@ def test_heat_is_the_share_of_surveys_that_saw_a_stall_taken(store: Database) ->
     assert found["low"][1] < found["low"][0]  # fewer looks, a wider interval
 
 
+def test_shares_have_four_decimals(store: Database) -> None:
+    lot = lot_of(store, seen({1: StallState.TAKEN}), later(seen({}), 1), later(seen({}), 2))
+    with store.reading() as connection:
+        found = stalls_use(connection, lot, EVER)
+    assert (found.share[0], found.share[1]) == (0.3333, 0.0)
+    assert all(each == round(each or 0.0, 4) for each in (*found.low, *found.high))
+
+
 def test_a_stall_that_no_survey_saw_has_no_share(store: Database) -> None:
     lot = lot_of(store, seen({3: StallState.UNKNOWN}))
     with store.reading() as connection:

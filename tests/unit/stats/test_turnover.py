@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from hawk.stats.counts import count
-from hawk.stats.flow import LONGEST_GAP_H, USUAL_CHANGES, Flow, Moves, arrivals, rates
+from hawk.stats.flow import LONGEST_GAP_H, USUAL_CHANGES, USUAL_DRIFT, Flow, Moves, arrivals, rates
 from hawk.stats.turnover import least, longest_gap, most, turnover
 from hawk.stats.values import FREE, TAKEN, UNSEEN, Panel
 from tests.unit.stats.panels import at, everything, panel
@@ -106,6 +106,14 @@ def test_without_surveys_that_follow_each_other_nothing_is_said() -> None:
     (found,) = turnover(moves, longest_gap(moves))
     assert (found.arrivals.low, found.arrivals.high, found.pairs) == (None, None, 0)
     assert Flow.of(moves, count(seen, everything(seen))).changes == USUAL_CHANGES
+
+
+@pytest.mark.parametrize("surveys", [3, 4])
+def test_the_movement_of_a_lot_is_its_own_from_three_pairs_on(surveys: int) -> None:
+    states = [[FREE, TAKEN] * 10, [TAKEN, FREE] * 10] * 2
+    seen = panel([at(9 + number / 2) for number in range(surveys)], states[:surveys])
+    flow = Flow.of(Moves.of(seen, everything(seen)), count(seen, everything(seen)))
+    assert (flow == Flow(USUAL_CHANGES, USUAL_DRIFT)) is (surveys == 3)
 
 
 @given(come=st.floats(0, 0.45), leave=st.floats(0, 0.45), hours=st.floats(0.05, 6))

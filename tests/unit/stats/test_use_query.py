@@ -75,3 +75,4 @@ def test_what_is_no_question_is_refused_with_field_and_remedy(asked: dict[str, A
         asked_of(**asked)
     assert refused.value.field == field
     assert words in refused.value.reason
+    assert ("for a night" in refused.value.reason) is ("night" in words)

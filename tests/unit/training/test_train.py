@@ -214,7 +214,7 @@ def first_loss(device: str, *, bfloat16: bool) -> float:
     samples = [sample(scene, rng, 64) for _ in range(4)]
     parts = (torch.from_numpy(np.stack([getattr(s, name) for s in samples])) for name in ("picture", "target", "sun"))
     picture, target, sun = parts
-    batch: Batch = (picture, target, sun)
+    batch = Batch(picture, target, sun, (2, 3))
     return learn(network, torch.optim.AdamW(network.parameters(), 1e-3), batch, bfloat16=bfloat16)["total"]
 
 

@@ -163,7 +163,7 @@ describe("Report", () => {
   it("says why there is no answer: nobody flew then, no survey counts, or the lot has none", async () => {
     const none = { value: null, low: null, high: null, surveys: 0 };
     const empty = { ...answer([0], [8]), occupancy: none, surveys: [], fullest: null, emptiest: null };
-    for (const [search, leftOut, said] of [["days=mon", 0, /Nobody flew then/], ["days=mon", 2, /No survey of then counts\. *2 surveys of this period are left out/], ["", 0, /This lot has no survey yet/]] as const) {
+    for (const [search, leftOut, said] of [["days=mon", 0, /Nobody flew then/], ["days=mon", 2, /No survey of then counts\. *2 surveys of this period are left out/], ["", 0, /This lot has no survey:/]] as const) {
       found = { ...empty, left_out: Array.from({ length: leftOut }, () => ({ survey: ONE, ended: "2026-05-04T12:20:00Z", why: "" })) };
       await open(search);
       assert.match(words(views.querySelector(".answer")!), said);
@@ -231,7 +231,15 @@ describe("Report", () => {
 
   it("says why there is no answer, and when nobody flew", async () => {
     await open("part=row.Z");
-    assert.match(words(views.querySelector("[role=alert]")!), /row: the lot has none that is called 'Z'/);
+    assert.match(words(views.querySelector("[role=alert]")!), /The lot has no row, zone or kind of this name/);
+    await inFrench(async () => {
+      await open("part=row.Z&show=document");
+      assert.doesNotMatch(words(views), /the lot has none/);
+    });
+    await open("part=row.Z");
+    views.querySelector<HTMLButtonElement>("[role=alert] button")!.click();
+    await drawn();
+    assert.match(words(views.querySelector(".question")!), /How full is Row A/, "the rows that there are, are offered");
     await open("part=row.B&days=sun");
     assert.match(words(views.querySelector(".answer")!), /Nobody flew then\.Choose other hours/);
   });
@@ -289,6 +297,14 @@ describe("a link", () => {
     assert.match(words(made), /This link has ended, or was taken back\. Ask the person/);
     assert.equal(made.querySelectorAll("nav a").length, 0);
     await inFrench(async () => assert.match(words(await guest(ended)), /Ce lien a pris fin ou a été repris/));
+  });
+
+  it("that ends while it is read says so once, in place of the view", async () => {
+    const made = await guest(() => Response.json({ lot: LOT, name: "North", clock: "UTC", surveys: [] }));
+    made.querySelector(".view")!.dispatchEvent(new CustomEvent("archive-ended", { detail: "It ended." }));
+    await made.updateComplete;
+    assert.match(words(made), /This link shows nothing *It ended\./);
+    assert.doesNotMatch(words(made), /North/);
   });
 
   it("shows no view that would be empty: one survey cannot be compared", async () => {

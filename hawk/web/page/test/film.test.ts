@@ -289,6 +289,25 @@ describe("a recording that is played", () => {
     assert.match(words(view), /All recordings ?a recording is shown once the motors are off/);
   });
 
+  it("says that a recording is gone, also when it was deleted while it plays", async () => {
+    let asked = 0;
+    await open(`#/recordings/${LOT}/${NAME}?t=30`);
+    view.addEventListener("archive-changed", () => {
+      asked += 1;
+      view.recordings = [recording(LATER)];
+    });
+    await press("Play");
+    view.querySelector("img")!.dispatchEvent(new document.defaultView!.Event("error"));
+    await drawn();
+    assert.deepEqual([asked, draw], [1, null], "it does not play on");
+    assert.match(words(view), /This recording is not there any more: it was deleted\./);
+    view.remove();
+    refusal = { status: 404, detail: "there is no recording with this name; GET /api/v1/recordings lists them" };
+    await open(`#/recordings/${LOT}/${NAME}`, [recording(LATER)]);
+    assert.match(words(view), /it was deleted/);
+    assert.doesNotMatch(words(view), /GET/);
+  });
+
   it("waits while the recording is being read", async () => {
     refusal = { status: 503, detail: "The recording is being read: ask again in some seconds." };
     await open();

@@ -2,12 +2,12 @@ import "./dom.ts";
 import "./no-drawing.ts";
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
-import { amount, heatClass, moment, share } from "../src/views/figures.ts";
+import { heatClass, moment, share } from "../src/views/figures.ts";
 import type { Changed, SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { Feature } from "../src/views/survey-source.ts";
 import { readAll } from "../src/link/api.ts";
-import { hashOf, placeOf } from "../src/route/place.ts";
+import { firstReads } from "../src/route/first-reads.ts";
 import { Route } from "../src/route/route.ts";
 import { LotViews } from "../src/views/lot-views.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
@@ -49,45 +49,10 @@ const FEATURES = {
   features: [stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken")],
 };
 
-describe("the place that the address names", () => {
-  it("is written as it was read", () => {
-    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04&by=swipe&at=.5`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
-      assert.equal(hashOf(placeOf(address)), address);
-    }
-    assert.equal(placeOf(`#/compare/${LOT}/${ONE}/${TWO}`).after, TWO);
-  });
-
-  it("leaves out what is none, and begins at Fly", () => {
-    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&part=B&days=monday&hours=noon&by=magic&at=7"), placeOf(""));
-    assert.equal(hashOf(placeOf("")), "#/fly");
-    assert.equal(placeOf("#/lots/<b>").lot, "");
-  });
-});
-
-describe("the address", () => {
-  it("changes in place within a view, and by a step that goes back between views", () => {
-    const written: [string, boolean][] = [];
-    const route = new Route({ hash: () => `#/lots/${LOT}`, write: (hash, replace) => written.push([hash, replace]) });
-    route.go({ survey: ONE });
-    route.go({ view: "report", survey: "" });
-    assert.deepEqual(written, [[`#/lots/${LOT}/${ONE}`, true], [`#/report/${LOT}`, false]]);
-  });
-
-  it("of a shared lot keeps its token, and has no flight", () => {
-    const written: string[] = [];
-    const route = new Route({ hash: () => `#secret/compare`, write: (hash) => written.push(hash) }, "secret");
-    assert.equal(route.place.view, "compare");
-    route.go({ view: "lots", survey: ONE });
-    assert.deepEqual(written, [`#secret/lots//${ONE}`]);
-    assert.equal(new Route({ hash: () => "#secret", write: () => undefined }, "secret").place.view, "lots");
-  });
-});
-
 describe("figures in words", () => {
   it("have their interval, or are not shown", () => {
     assert.equal(share(HALF), "50.0 % (40.0 to 60.0 %)");
-    assert.equal(amount({ value: 12, low: 10, high: 14.4, surveys: 1 }), "12 (10 to 14)");
-    assert.deepEqual([share(NONE), amount(NONE)], ["–", "–"]);
+    assert.equal(share(NONE), "–");
   });
 
   it("are coloured by fifths, and not at all without a look", () => {
@@ -234,6 +199,19 @@ describe("lots over time", () => {
     }
   }
 
+  it("asks first for what was asked for while the page was read: nothing twice, and nothing in vain", async () => {
+    answers["/ground"] = { datum: [0, 10], place: { north: 0, east: 0, turn: 0 }, cells: 256, cell_m: 0.1, tiles: [[0, 0]] };
+    for (const address of [`#/lots/${LOT}/${ONE}`, `#/lots/${LOT}`, `#/compare/${LOT}/${ONE}/${TWO}`, `#/compare/${LOT}`, `#/report/${LOT}`, `#/recordings/${LOT}`, "#/recordings"]) {
+      asked = [];
+      await open(address);
+      const soon = firstReads(address).filter((path) => path !== "lots?limit=1000" && !path.endsWith("/ground/whole")); // the bar's, and the map's
+      assert.ok(soon.length > 0, address);
+      for (const path of soon) assert.equal(asked.filter((each) => each === `api/v1/${path}`).length, 1, `${path} of ${address}: ${asked.join(" ")}`);
+    }
+    assert.deepEqual(firstReads(`#/report/${LOT}?days=mon-fri`), ["lots?limit=1000"]);
+    assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots?limit=1000"]]);
+  });
+
   async function press(label: string): Promise<void> {
     const all = [...archive.querySelectorAll("button")];
     const found = all.find((each) => words(each) === label || each.getAttribute("aria-label") === label);
@@ -261,6 +239,12 @@ describe("lots over time", () => {
     await open(`#/lots/${LOT}/${ONE}`);
     assert.match(words(archive), /No figure uses this survey\. Its place on the lot is not certain\./);
     assert.deepEqual(archive.querySelector<SurveyMap>("hawk-survey-map")?.source?.stalls.map(({ label, state }) => [label, state]), [["A 1", "free"], ["A 2", "taken"]]);
+    const button = [...archive.querySelectorAll("button")].find((each) => words(each) === "Delete survey")!;
+    for (let twice = 0; twice < 2; twice++) {
+      button.click();
+      await drawn();
+    }
+    assert.deepEqual([sent, words(button)], [[], "Delete survey"], "a double click deletes nothing");
     await press("Delete survey");
     assert.deepEqual(sent, [], "it asks once more");
     await press("Delete this survey");
@@ -321,10 +305,17 @@ describe("lots over time", () => {
     assert.equal(archive.querySelector<HTMLElement>(".date.second")?.hidden, true, "no room for its card");
   });
 
+  it("list what changed by the labels that the map shows, in their order", async () => {
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
+    answers["/statistics/between"] = { ...BETWEEN, stalls: BETWEEN.stalls.map((each, k) => ({ ...each, label: `Z ${9 - k}` })).reverse() };
+    await open(`#/compare/${LOT}`);
+    assert.deepEqual([...archive.querySelectorAll(".changed b")].map(words), ["A 1", "A 2"]);
+  });
+
   it("compare what the bar chooses, the earlier one before, and never one with itself", async () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z"), survey(STALL, "2026-05-04T14:00:00Z")] };
     await open(`#/compare/${LOT}/${STALL}/${TWO}`);
-    assert.match(hash, new RegExp(`/${TWO}/${STALL}$`), "they were the wrong way round");
+    assert.match(hash, new RegExp(`/${TWO}/${STALL}$`), "they were exchanged");
     await press(label("Before"));
     const bar = archive.querySelector("hawk-time-bar")!;
     bar.dispatchEvent(new CustomEvent("survey", { detail: STALL }));
@@ -376,9 +367,12 @@ describe("lots over time", () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [] };
     answers["/changes"] = { next: null, items: [{ seq: 5, kind: "delete", lot: LOT, surveys: [ONE], who: "Ann", made: "2026-05-05T10:00:00Z", undone: null, kept: null }] };
     await open(`#/lots/${LOT}`);
-    assert.match(words(archive), /This lot has no survey yet/);
+    assert.match(words(archive), /This lot has no survey:/);
     await press("Undo: Survey deleted, 2026-05-05 10:00");
     assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
+    answers["api/v1/surveys"] = { next: null, items: [{ id: ONE, ended: "2026-05-04T10:00:00Z" }] };
+    await open(`#/lots/${LOT}`);
+    assert.match(words(archive), /Survey deleted \(2026-05-04 10:00\) *2026-05-05 10:00/, "one deleted survey differs from another");
   });
 
   it("are shown by the lot's clock, as changes are, and by the moment of their observations, also across midnight", async () => {
@@ -444,6 +438,19 @@ describe("lots over time", () => {
     assert.match(hash, new RegExp(`stall=${TWO}`));
   });
 
+  it("show stalls by the labels of the list, which are those of the present plan", async () => {
+    answers["/statistics/stalls"] = { ...(answers["/statistics/stalls"] as object), labels: ["P 9", "P 10"] };
+    await open(`#/lots/${LOT}?show=stalls`);
+    const map = archive.querySelector<SurveyMap>("hawk-survey-map")!.source!;
+    assert.deepEqual(map.stalls.map(({ label }) => label), ["P 9", "P 10"]);
+    assert.deepEqual(map.rows.map(({ row }) => row), ["P"]);
+  });
+
+  it("say what of their address is left out", async () => {
+    await open(`#/lots/${LOT}/${TWO}?stall=7`);
+    assert.match(words(archive), /The address names what is no place of this page, and it is left out: stall=7/);
+  });
+
   it("make a link that is shown once, and take one back", async () => {
     await open(`#/lots/${LOT}?show=links`);
     archive.querySelector("form")?.dispatchEvent(new Event("submit", { bubbles: true, cancelable: true }));
@@ -461,9 +468,11 @@ describe("lots over time", () => {
     box.dispatchEvent(new Event("change", { bubbles: true }));
     await drawn();
     const delete_ = [...archive.querySelectorAll("button")].find((each) => words(each) === "Delete")!;
-    delete_.click();
-    await drawn();
-    assert.equal(sent.length, 1);
+    for (let thrice = 0; thrice < 3; thrice++) {
+      delete_.click();
+      await drawn();
+    }
+    assert.equal(sent.length, 1, "a double click deletes nothing");
     await press("Delete for good");
     const place = "api/v1/recordings/20260504T100000Z.mcap";
     assert.deepEqual(sent, [[`${place}/keep`, { keep: true }], [`${place}/delete`, {}]]);

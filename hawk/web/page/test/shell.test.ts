@@ -72,7 +72,7 @@ describe("a view that is read when it is opened", () => {
     assert.equal(draws, 1);
     guest.requestUpdate();
     await guest.updateComplete;
-    assert.match(guest.querySelector("[role=alert]")?.textContent ?? "", /does not answer/);
+    assert.match(guest.querySelector("[role=alert]")?.textContent ?? "", /No answer/);
     guest.querySelector<HTMLButtonElement>(".page button")!.click();
     await settle();
     assert.deepEqual([asked, draws], [2, 2]);

@@ -40,6 +40,15 @@ describe("the map", () => {
     assert.deepEqual(next.tiles, [{ key: { row: -1, column: 0 }, version: 4, data: "y" }]);
   });
 
+  it("gives all that is there to a map that begins later, the newest version of each tile", () => {
+    const map = new MapStore();
+    const at = { Row: -1, Column: 0 };
+    map.apply(mapUpdate({ Stalls: [stall(1), stall(2)], Tiles: [{ ...at, Version: 3, Data: "x" }], Mosaic: [{ ...at, Version: 2 }] }));
+    map.apply(mapUpdate({ Stalls: [stall(1, { Removed: true })], Tiles: [{ ...at, Version: 4, Data: "y" }] }));
+    const key = { row: -1, column: 0 };
+    assert.deepEqual(map.whole(), { reset: true, stalls: [2], removed: [], tiles: [{ key, version: 4, data: "y" }], pictures: [{ key, version: 2 }] });
+  });
+
   it("forgets everything when another map begins", () => {
     const map = new MapStore();
     map.apply(mapUpdate({ Stalls: [stall(1)] }));

@@ -100,7 +100,7 @@ def test_one_missed_look_takes_no_car_that_was_seen_often() -> None:
     assert len(flight.shown) == 1
 
 
-def test_a_frame_from_the_same_place_tells_little() -> None:
+def test_a_frame_from_the_same_place_adds_little() -> None:
     flight = Flight()
     flight.look(CAR)
     before = flight.shown[0].probability

@@ -79,6 +79,17 @@ def test_a_lot_next_door_with_three_metres_of_gnss_error_is_a_question_and_never
     assert decision.candidates[0].overlap == pytest.approx(0.03, abs=0.005)
 
 
+def test_of_outlines_that_a_person_gave_together_each_means_its_own_lot() -> None:
+    whole, part, next_door = box(0, 0, HIGH, WIDE), box(0, 0, HIGH, WIDE / 5), box(0, WIDE, HIGH, WIDE)
+    assert which_lot(next_door, [lot("a", 0, 0)], [whole]).answer is Answer.NEW
+    assert which_lot(part, [lot("a", 0, 0)], [whole]).answer is Answer.NEW
+    assert which_lot(whole, [Parcel("part", part), lot("a", 0, 0)], []).lot == "a"
+    assert which_lot(whole, [Parcel("part", part), lot("a", 0, 0)], [part, next_door]).lot == "a"
+    assert which_lot(part, [Parcel("part", part), lot("a", 0, 0)], [whole]).lot == "part"
+    assert which_lot(box(0, 0, HIGH, 2.5 * WIDE), [lot("a", 0, 0), lot("b", 0, WIDE)], []).answer is Answer.ASK
+    assert which_lot(part, [lot("a", 0, 0)], []).lot == "a"
+
+
 @pytest.mark.parametrize(
     "outline", [Outline(), box(0, 0, 0, 0), Outline((((52.0, 5.0), (52.1, 5.0)),)), box(0, 0, 0.5, 0.5)]
 )

@@ -28,6 +28,8 @@ def test_a_moment_is_sure_by_its_source_and_once_it_has_been(source: MomentSourc
 
 
 def test_a_clock_without_a_zone_may_be_ahead_by_its_zone() -> None:
+    assert CaptureTime.said(NOW + AHEAD_S, MomentSource.GNSS, NOW).is_possible(NOW)
+    assert not CaptureTime.said(NOW + AHEAD_S + 1.0, MomentSource.GNSS, NOW).is_possible(NOW)
     for source in MomentSource:
         is_without = source in (MomentSource.CAMERA, MomentSource.TAG)
         assert CaptureTime.said(NOW + 13 * 3600.0, source, NOW).is_possible(NOW) is is_without

@@ -17,14 +17,14 @@ from hawk.exports.records import read_survey, survey_of, surveys_of
 from hawk.lots.ingest import save
 from hawk.lots.schema import OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
-from hawk.lots.survey.order import is_last_look, newest_first
+from hawk.lots.survey.order import is_last_look, newest_first, taken_at
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
 from hawk.stats.panel import read_panel
 from hawk.stats.period import period_of
 from hawk.stats.values import NO_TIME, NOT_YET
 from tests.unit.lots import whole
-from tests.unit.lots.surveys import BEGAN, later, survey
+from tests.unit.lots.surveys import BEGAN, DATUM, box, later, survey
 
 NOW = BEGAN + 10 * 86_400
 IN_2062 = 2_916_000_000.0
@@ -175,3 +175,16 @@ def test_receivers_hear_whether_the_time_is_sure(store: Database) -> None:
     with store.reading() as connection:
         bodies = [json.loads(text) for text in connection.execute(select(OUTBOX.c.body)).scalars()]
     assert [each["time_is_sure"] for each in bodies if "survey" in each] == [False]
+
+
+@pytest.mark.slow
+def test_a_landing_without_a_sure_time_has_that_of_the_one_before_it_over_its_own_lot(store: Database) -> None:
+    first = saved(store, survey())
+    away = replace(DATUM, longitude=5.01)
+    other = replace(later(survey(), 2, 30.0), datum=away, outline=box(-14, -3, 20, 54, away))
+    assert saved(store, other).placed is Placed.FIRST
+    unsure = saved(store, replace(later(survey(), 3, 72.0), time_is_sure=False))
+    with store.reading() as connection:
+        asked = select(taken_at()).order_by(SURVEY.c.seq)
+        assert connection.execute(asked).scalars().all() == [survey().ended, other.ended, survey().ended]
+    assert first.lot == unsure.lot

@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
@@ -23,6 +25,11 @@ def tile(level: int, *, seen_columns: int = TILE_CELLS) -> EncodedTile:
     return EncodedTile(1, encode_picture(np.full((TILE_CELLS, TILE_CELLS, 3), level, np.uint8), seen))
 
 
+def image_of(data: bytes | None) -> NDArray[np.uint8]:
+    assert data is not None
+    return np.asarray(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED), np.uint8)
+
+
 MOSAIC: dict[TileKey, EncodedTile] = {(0, 0): tile(40), (-1, 0): tile(200), (0, -1): tile(90, seen_columns=100)}
 
 
@@ -32,6 +39,33 @@ def test_tiles_come_back_as_they_were(tmp_path: Path) -> None:
     pictures.write("a", MOSAIC)
     assert pictures.read("a") == {key: each.data for key, each in MOSAIC.items()}
     assert pictures.surveys() == {"a"}
+
+
+def test_one_picture_shows_all_tiles_and_nothing_where_nothing_was_seen(tmp_path: Path) -> None:
+    pictures = PictureFolder(tmp_path)
+    assert pictures.whole("a") is None
+    pictures.write("a", MOSAIC)
+    image = image_of(pictures.whole("a"))
+    assert image.shape == (2 * TILE_CELLS, 2 * TILE_CELLS, 4)
+    middle, end = TILE_CELLS // 2, TILE_CELLS + TILE_CELLS // 2
+    assert image[middle, end] == pytest.approx([200, 200, 200, 255], abs=3)
+    assert image[end, end] == pytest.approx([40, 40, 40, 255], abs=3)
+    assert image[end, 50] == pytest.approx([90, 90, 90, 255], abs=3)
+    assert (image[end, middle, 3], image[middle, middle, 3]) == (0, 0), "not seen, and no tile"
+    assert sorted(pictures.read("a")) == pictures.keys("a") == sorted(MOSAIC)
+
+
+def test_the_picture_of_a_large_lot_is_coarser_and_fits_a_screen(tmp_path: Path) -> None:
+    pictures = PictureFolder(tmp_path)
+    pictures.write("a", {(0, 0): MOSAIC[0, 0], (1, 6): MOSAIC[0, 0]})
+    image = image_of(pictures.whole("a"))
+    assert image.shape == (TILE_CELLS, 7 * TILE_CELLS // 2, 4)
+
+
+def test_a_tile_that_is_no_picture_costs_the_picture_of_the_whole_alone(tmp_path: Path) -> None:
+    pictures = PictureFolder(tmp_path)
+    pictures.write("a", {**MOSAIC, (5, 5): EncodedTile(1, b"none")})
+    assert (pictures.whole("a"), len(pictures.keys("a"))) == (None, 4)
 
 
 def test_a_survey_without_a_picture_makes_no_file(tmp_path: Path) -> None:

@@ -137,7 +137,7 @@ def test_outlines_limit_the_windows_and_the_stalls(tmp_path: Path) -> None:
     path = fakes.city(tmp_path)
     grid = open_orthophoto(path).grid
     corner = np.array([(0, 0), (150, 0), (150, 150), (0, 150)], np.float64)
-    lots = LotOutline((shapely.Polygon(grid.on_earth(corner)[:, ::-1]),))
+    lots = LotOutline.of(shapely.Polygon(grid.on_earth(corner)[:, ::-1]))
     work = CityWork(path, out=tmp_path / "out", outline=lots, model=tmp_path / "model", core_m=CORE_M, load=load_fake)
     run = map_city(work)
     assert run.windows == 4

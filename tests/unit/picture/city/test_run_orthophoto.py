@@ -94,7 +94,7 @@ def test_an_outline_and_progress_and_a_sheet(tmp_path: Path, usual: PictureSurve
     assert 0 < len(mapped.survey.stalls) < len(usual.survey.stalls)
     assert corners_m(mapped).mean(axis=1)[:, 1].max() < 0
     assert mapped.area_m2 == pytest.approx(usual.area_m2 / 2, rel=0.01)
-    far = LotOutline((shapely.box(1, 1, 1.001, 1.001),))
+    far = LotOutline.of(shapely.box(1, 1, 1.001, 1.001))
     with pytest.raises(PictureError, match="none of the outlines lies in the picture"):
         map_orthophoto(path, outline=far)
 

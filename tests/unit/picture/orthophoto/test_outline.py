@@ -32,7 +32,7 @@ def features(*given: tuple[shapely.Geometry, dict[str, Any]], **more: Any) -> st
 
 
 def same(outline: LotOutline, *expected: Polygon) -> bool:
-    pairs = zip(outline.lots, expected, strict=True)
+    pairs = zip(outline.shapes, expected, strict=True)
     return all(one.symmetric_difference(other).area < 1e-12 for one, other in pairs)
 
 
@@ -96,7 +96,7 @@ def test_another_system_of_geojson_is_brought_to_wgs_84(tmp_path: Path) -> None:
     path = tmp_path / "rd.geojson"
     crs = {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::28992"}}
     path.write_text(features((shapely.box(155_000, 463_000, 155_100, 463_100), {}), crs=crs))
-    (lot,) = read_outline(path).lots
+    (lot,) = read_outline(path).shapes
     assert (lot.centroid.x, lot.centroid.y) == pytest.approx((5.3879, 52.1556), abs=1e-3)
 
 
@@ -224,16 +224,16 @@ def test_latitude_and_longitude_that_are_exchanged_are_called_so(tmp_path: Path)
 
 def test_only_lots_in_the_picture_are_kept(tmp_path: Path) -> None:
     grid = open_orthophoto(blank(tmp_path)).grid
-    assert LotOutline((OTHER, LOT)).near(grid).lots == (LOT,)
+    assert LotOutline.of(OTHER, LOT).near(grid).shapes == (LOT,)
     with pytest.raises(PictureError, match=r"it is about 52\.1000, 5\.2000, they are about 51\.0005, 6\.0005 \("):
-        LotOutline((OTHER,)).near(grid)
-    (plane,) = LotOutline((LOT,)).in_metres(grid)
+        LotOutline.of(OTHER).near(grid)
+    (plane,) = LotOutline.of(LOT).in_metres(grid)
     assert plane.area == pytest.approx(137.0 * 222.5, rel=0.01)
     assert plane.contains(shapely.Point(*np.multiply((30, 20), grid.metres)))
 
 
 def test_the_store_gets_rings_of_latitude_and_longitude() -> None:
-    outline = LotOutline((LOT.difference(HOLE),)).outline()
+    outline = LotOutline.of(LOT.difference(HOLE)).outline()
     assert (len(outline.polygons), len(outline.holes)) == (1, 1)
     assert np.mean(outline.polygons[0], axis=0) == pytest.approx(HERE)
 
@@ -244,3 +244,46 @@ def test_a_coordinate_of_openstreetmap_that_is_no_number_is_refused(tmp_path: Pa
     path.write_text(json.dumps({"elements": [way]}))
     with pytest.raises(PictureError, match=r"osm\.json: elements: are damaged .*'north'.*; name a GeoJSON"):
         read_outline(path)
+
+
+def facts(path: Path) -> list[tuple[str, str, dict[str, str]]]:
+    """Return id, name and tags of each lot of a file."""
+    return [(lot.facts.id, lot.facts.name, dict(lot.facts.tags)) for lot in read_outline(path).lots]
+
+
+@pytest.mark.slow
+def test_names_ids_and_tags_are_read_of_every_format(tmp_path: Path) -> None:
+    ring = [{"lon": x, "lat": y} for x, y in LOT.exterior.coords]
+    tags = {"amenity": "parking", "ref": "P 7", "capacity": "20"}
+    path = tmp_path / "lots.json"
+    path.write_text(json.dumps({"elements": [{"type": "way", "id": 12, "tags": tags, "geometry": ring}]}))
+    assert facts(path) == [("way/12", "P 7", tags)]
+    path.write_text(features((LOT, {"Name": "North", "id": 7.0, "fee": True, "of": None, "list": [1]})))
+    assert facts(path) == [("7", "North", {"fee": "yes"})]
+    polygons = "".join(
+        "<Polygon><outerBoundaryIs><LinearRing><coordinates>"
+        + " ".join(f"{x!r},{y!r}" for x, y in shape.exterior.coords)
+        + "</coordinates></LinearRing></outerBoundaryIs></Polygon>"
+        for shape in (LOT, OTHER)
+    )
+    data = '<ExtendedData><Data name="Access"><value>permit</value></Data></ExtendedData>'
+    path = tmp_path / "lots.kml"
+    path.write_text(
+        f'<kml><Placemark id="k1"><name>Both</name>{data}<MultiGeometry>{polygons}</MultiGeometry></Placemark></kml>'
+    )
+    assert facts(path) == [("k1", "Both", {"access": "permit"})]
+    assert same(LotOutline.of(*read_outline(path).shapes[0].geoms), LOT, OTHER)
+    path = tmp_path / "lots.gpkg"
+    path.write_bytes(geopackage(tmp_path, [(LOT, "North"), (None, "Gone")], column="name"))
+    assert [name for _, name, _ in facts(path)] == ["North"]
+    assert read_outline(path).notes == ("Feature 2 (Gone) has no ground, and is no lot: draw it, or delete it.",)
+
+
+def test_a_lot_without_an_id_has_one_by_its_name_and_place_in_any_file(tmp_path: Path) -> None:
+    one, other = tmp_path / "one.geojson", tmp_path / "other.geojson"
+    one.write_text(features((LOT, {"name": "A"}), (OTHER, {}), (HOLE, {"name": "A"})))
+    moved = shapely.transform(LOT, lambda places: places + 1e-8)
+    other.write_text(features((HOLE, {"name": "A"}), (OTHER, {"fee": "no"}), (moved, {"name": "A"})))
+    assert sorted(known for known, *_ in facts(one)) == sorted(known for known, *_ in facts(other))
+    assert len({known for known, *_ in facts(one)}) == 3
+    assert [name for _, name, _ in facts(one)] == ["A", "A", "Lot 2"]

@@ -16,7 +16,7 @@ from hawk.lots.registration.georeference import about, ground_about
 from hawk.lots.survey.source import Limit, SourceKind
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
-from hawk.picture.orthophoto.survey import to_survey
+from hawk.picture.orthophoto.survey import Findings, to_survey
 from hawk.picture.orthophoto.windows import Window, WindowStalls, windows_of
 from hawk.picture.values import LeftOut, Provenance
 from tests.unit.picture.orthophoto.drawn import HERE, UTM, opened_blank, placed
@@ -43,7 +43,9 @@ def result(window: Window, middles: list[tuple[float, float]], taken: list[float
 def test_stalls_are_on_earth_with_their_size_and_direction(tmp_path: Path, turn: float) -> None:
     source = photo(tmp_path, turn)
     (window,) = windows_of(source)
-    mapped = to_survey(source, [result(window, [(300.0, 200.0), (400.0, 200.0)], [0.9, 0.1])], model="f" * 64)
+    mapped = to_survey(
+        Findings.of(source, [result(window, [(300.0, 200.0), (400.0, 200.0)], [0.9, 0.1])], model="f" * 64)
+    )
     survey = mapped.survey
     first, second = survey.stalls
     assert about(HERE, np.array([first.place]))[0, :2] == pytest.approx((0, 0), abs=0.01)
@@ -63,13 +65,13 @@ def test_stalls_are_on_earth_with_their_size_and_direction(tmp_path: Path, turn:
 
 def test_a_stall_of_uncertain_state_is_unknown(tmp_path: Path) -> None:
     source = photo(tmp_path)
-    mapped = to_survey(source, [result(windows_of(source)[0], [(300.0, 200.0)], [0.5])])
+    mapped = to_survey(Findings.of(source, [result(windows_of(source)[0], [(300.0, 200.0)], [0.5])]))
     assert mapped.survey.count(UNSEEN) == 1
 
 
 def test_the_lot_that_was_found_is_the_outline(tmp_path: Path) -> None:
     source = photo(tmp_path)
-    mapped = to_survey(source, [result(windows_of(source)[0], [(300.0, 200.0)], [0.5])])
+    mapped = to_survey(Findings.of(source, [result(windows_of(source)[0], [(300.0, 200.0)], [0.5])]))
     ground = ground_about(HERE, mapped.survey.outline)
     assert ground.area == pytest.approx(40 * 16, rel=0.03)
     north, east = ground.centroid.coords[0]
@@ -83,15 +85,15 @@ def test_an_outline_limits_stalls_and_area(tmp_path: Path) -> None:
     source = photo(tmp_path)
     ring = np.array([(100, 100), (350, 100), (350, 300), (100, 300)], float)
     lot = shapely.Polygon(source.grid.on_earth(ring)[:, ::-1], [source.grid.on_earth(ring / 10 + 150)[:, ::-1]])
-    outline = LotOutline((lot,))
+    outline = LotOutline.of(lot)
     findings = [result(windows_of(source)[0], [(300.0, 200.0), (400.0, 200.0)], [0.9, 0.1])]
-    mapped = to_survey(source, findings, outline=outline)
+    mapped = to_survey(Findings.of(source, findings), outline)
     assert len(mapped.survey.stalls) == 1
     assert mapped.notes == ("1 stalls whose middle lies outside the outlines are not counted.",)
     assert mapped.area_m2 == pytest.approx(25 * 20 - 2.5 * 2, abs=0.5)
     part = np.zeros((100, 150), np.bool_)
     part[:50] = True  # down to 20 m
-    half = to_survey(source, [replace(findings[0], seen=part)], outline=outline)
+    half = to_survey(Findings.of(source, [replace(findings[0], seen=part)]), outline)
     assert half.area_m2 == pytest.approx(25 * 10 - 2.5 * 2, abs=3.0)  # by cells of .4 m
     whole, limited = (
         Provenance(source.path.name, SourceKind.ORTHOPHOTO).source(limits) for limits in ((), (Limit.PARTLY,))
@@ -107,7 +109,7 @@ def test_a_picture_without_a_stall_is_a_survey_of_none(tmp_path: Path) -> None:
     (window,) = windows_of(source)
     none, mask = np.zeros((0, 4, 2)), np.zeros((10, 10), np.bool_)
     empty = WindowStalls(window, none, np.zeros(0), np.zeros(0), none, mask, mask)
-    mapped = to_survey(source, [empty], left_out=[LeftOut("window 0, 0", "cut")])
+    mapped = to_survey(Findings.of(source, [empty], left_out=[LeftOut("window 0, 0", "cut")]))
     assert (mapped.survey.stalls, mapped.survey.outline.polygons, mapped.area_m2) == ((), (), 0.0)
     assert mapped.left_out[0].reason == "cut"
     assert mapped.survey.pictures is not None
@@ -118,9 +120,9 @@ def test_a_picture_without_a_stall_is_a_survey_of_none(tmp_path: Path) -> None:
 def test_the_same_picture_is_the_same_survey(tmp_path: Path) -> None:
     source = photo(tmp_path)
     findings = [result(windows_of(source)[0], [(300.0, 200.0)], [0.9])]
-    first, again = (to_survey(photo(tmp_path), findings, model="a").survey for _ in range(2))
+    first, again = (to_survey(Findings.of(photo(tmp_path), findings, model="a")).survey for _ in range(2))
     assert first == again
-    assert to_survey(source, findings, model="b").survey.survey != first.survey
+    assert to_survey(Findings.of(source, findings, model="b")).survey.survey != first.survey
 
 
 @pytest.mark.slow
@@ -134,9 +136,9 @@ def test_lots_of_one_picture_have_ids_of_their_own_in_whatever_order_and_digits(
         return shapely.box(east - d, north - d, east + d, north + d)
 
     far = shapely.box(east + 0.01, north, east + 0.011, north + 0.001)
-    same = [LotOutline((around(1e-3), far)), LotOutline((far, around(1e-3 + 1e-9)))]
-    outlines = [None, *same, LotOutline((around(1.1e-3), far))]
-    surveys = [to_survey(source, findings, outline=each).survey for each in outlines]
+    same = [LotOutline.of(around(1e-3), far), LotOutline.of(far, around(1e-3 + 1e-9))]
+    outlines = [None, *same, LotOutline.of(around(1.1e-3), far)]
+    surveys = [to_survey(Findings.of(source, findings), each).survey for each in outlines]
     assert [len(each.stalls) for each in surveys] == [2, 2, 2, 2]
     for ids in ([each.lot_id for each in surveys], [each.survey for each in surveys]):
         assert len(set(ids)) == 3

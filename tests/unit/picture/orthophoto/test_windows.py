@@ -74,10 +74,10 @@ def test_a_picture_of_up_to_144_metres_is_one_window() -> None:
 def test_only_windows_on_an_outline_or_with_ground_are_looked_at(tmp_path: Path) -> None:
     source = described(6000, 6000)
     corners = source.grid.on_earth(np.array([(100, 100), (900, 100), (900, 700), (100, 700)], float))
-    lot = LotOutline((shapely.Polygon(corners[:, ::-1]),))
+    lot = LotOutline.of(shapely.Polygon(corners[:, ::-1]))
     assert [window.core[:2] for window in windows_of(source, lot)] == [(0, 0)]
     wide = source.grid.on_earth(np.array([(100, 100), (1240, 100), (1240, 700), (100, 700)], float))
-    near = LotOutline((shapely.Polygon(wide[:, ::-1]),))  # 4 m from the next core
+    near = LotOutline.of(shapely.Polygon(wide[:, ::-1]))  # 4 m from the next core
     assert [window.core[:2] for window in windows_of(source, near)] == [(0, 0), (1280, 0)]
     bands = np.zeros((3, 1400, 1600), np.uint8)
     bands[:, :, 1300:] = 99

@@ -117,3 +117,10 @@ def test_xmp_that_is_no_xml_is_refused(tmp_path: Path) -> None:
     path = photo(tmp_path / "a.jpg", exif(), xmp(DJI).replace(b"</rdf:RDF>", b""))
     with pytest.raises(UnusableError, match="its XMP cannot be read"):
         read_photograph(path, LENSES)
+
+
+@pytest.mark.parametrize(("latitude", "longitude"), [("95", "5"), ("-91", "5"), ("52", "181"), ("52", "-180.5")])
+def test_a_place_beyond_the_earth_is_none(tmp_path: Path, latitude: str, longitude: str) -> None:
+    tags = {**DJI, "drone-dji:GpsLatitude": latitude, "drone-dji:GpsLongtitude": longitude}
+    with pytest.raises(UnusableError, match="has no GPS place"):
+        read_photograph(photo(tmp_path / "a.jpg", exif(None), xmp(tags)), LENSES)

@@ -33,6 +33,41 @@ async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive)
     assert again.headers["Cache-Control"] == first.headers["Cache-Control"] == "private, no-cache"
 
 
+async def test_an_answer_is_made_once_until_the_store_changes(
+    archive: Archive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[bool] = []
+    encode = answers.encoded
+
+    def counted(answer: answers.Answer, *, packs: bool) -> tuple[bytes, bool]:
+        made.append(packs)
+        return encode(answer, packs=packs)
+
+    monkeypatch.setattr(answers, "encoded", counted)
+    for path in (f"/lots/{archive.lot}/stalls", f"/lots/{archive.lot}/statistics"):
+        made.clear()
+        first, again = await archive.ask(path), await archive.ask(path)
+        assert (await first.read(), first.headers["ETag"]) == (await again.read(), again.headers["ETag"])
+        assert again.headers["Content-Type"] == first.headers["Content-Type"]
+        assert len(made) == 1, path
+        named = await archive.ask(f"/lots/{archive.lot}/name", method="POST", operator=True, body={"name": path[-5:]})
+        made.clear()
+        assert named.status == 200
+        assert (await archive.ask(path)).status == 200
+        assert len(made) == 1, "after a change"
+
+
+def test_answers_are_kept_up_to_a_size_the_last_wanted_ones_longest() -> None:
+    kept = answers.KeptAnswers(most_bytes=100)
+    one, two, three = (answers._Packed(200, name, body=b"x" * 40) for name in "abc")
+    for each in (one, two):
+        kept.put(each, packs=True)
+    assert kept.get("a", packs=True) is one
+    kept.put(three, packs=True)
+    assert [kept.get(name, packs=True) for name in "abc"] == [one, None, three]
+    assert kept.get("a", packs=False) is None, "another encoding"
+
+
 @pytest.mark.slow
 async def test_what_is_not_there_is_never_said_to_be_unchanged(archive: Archive) -> None:
     tag = (await archive.ask("/lots")).headers["ETag"]

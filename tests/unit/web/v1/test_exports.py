@@ -85,12 +85,17 @@ async def test_the_picture_of_a_survey_comes_in_tiles_with_their_place(viewer: V
     assert "max-age" in headers["Cache-Control"]
     status, _, data = await viewer.get(f"{at}/-1/3")
     assert (status, json.loads(data)["field"], b"/ground lists the tiles" in data) == (404, "row", True)
+    status, headers, data = await viewer.get(f"{at}/whole")
+    assert (status, headers["Content-Type"], data[8:12]) == (200, "image/webp", b"WEBP")
+    assert "max-age" in headers["Cache-Control"]
     status, _, _ = await viewer.get(f"/api/v1/surveys/{'0' * 36}/ground")
     assert status == 404
     assert rig.lots is not None
     pictures_of(rig.lots.path).remove(viewer.survey)
     status, _, data = await viewer.get(at)
     assert (status, json.loads(data)["tiles"]) == (200, []), "a survey whose picture is not kept any more"
+    status, _, data = await viewer.get(f"{at}/whole")
+    assert (status, data) == (204, b"")
 
 
 @pytest.mark.slow

@@ -20,6 +20,11 @@ export class Refused extends Error {
   /** The person who edits the plan that was to be changed. */
   readonly editor: Editor | null;
 
+  /** The link that was shared opens nothing any more. */
+  get isEndedLink(): boolean {
+    return this.status === 404 && /^(token|share)$/.test(this.field);
+  }
+
   constructor(reason = "", status = 0, editor: Editor | null = null, field = "") {
     super(reason);
     this.status = status;
@@ -53,9 +58,9 @@ export function query(values: Record<string, string | readonly string[]>): strin
   return given && `?${given}`;
 }
 
-/** Asks for JSON. Rejects with Refused, in the drone's words where it gave some. */
+/** Asks for JSON, which the drone lets nobody keep unasked. Rejects with Refused, in the drone's words where it gave some. */
 export function read<T>(address: string): Promise<T> {
-  return asked(address, { cache: "no-cache" });
+  return asked(address, {});
 }
 
 /** Asks for JSON by a link that was shared. One that is none says so in the reader's language. */
@@ -63,9 +68,9 @@ export async function readByLink<T>(address: string): Promise<T> {
   try {
     return await read<T>(address);
   } catch (error) {
-    const { status, field } = error as Refused;
+    const { status, field, isEndedLink } = error as Refused;
     if (status === 429) throw new Refused(say("link-too-often"), status);
-    throw status === 404 && /^(token|share)$/.test(field) ? new Refused(say("link-ended"), status, null, field) : error;
+    throw isEndedLink ? new Refused(say("link-ended"), status, null, field) : error;
   }
 }
 

@@ -21,13 +21,14 @@ export interface PlanShape extends Rectangle {
 export interface Sketch {
   shapes: readonly Rectangle[];
   places: readonly Coordinate[];
-  isArea: boolean;
+  /** The places are corners of an area without stalls, or of a zone. */
+  area: "" | "area" | "zone";
   box: readonly Coordinate[];
   /** The shapes are those of a file that nobody has taken yet. */
   isPreview?: boolean;
 }
 
-export const NO_SKETCH: Sketch = { shapes: [], places: [], isArea: false, box: [] };
+export const NO_SKETCH: Sketch = { shapes: [], places: [], area: "", box: [] };
 
 /** Metres a pixel up to which there is room for labels, marks, and for the casing of lines. */
 const LABELLED = 0.06;
@@ -84,15 +85,15 @@ export function drawAreaName(context: CanvasRenderingContext2D, { ring, name }: 
 }
 
 export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
-  const { shapes, places, isArea, box, isPreview } = sketch;
+  const { shapes, places, area, box, isPreview } = sketch;
   drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: isPreview === true ? FOUND_DASH : [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
-  if (isArea) drawArea(context, { ring: places, name: null }, sight, palette);
+  if (area !== "") drawArea(context, { ring: places, name: area === "zone" ? "" : null }, sight, palette);
   else if (pixels.length > 1) {
     path(context, pixels.slice(0, 2));
     strokeCased(context, palette.plan, palette.planCase, 3, []);
   }
-  for (const [x, y] of pixels) drawDot(context, x, y, isArea ? palette.zone : palette.plan, palette.planCase);
+  for (const [x, y] of pixels) drawDot(context, x, y, area === "area" ? palette.zone : palette.plan, palette.planCase);
   if (box.length === 0) return;
   path(context, box.map((place) => toPixel(sight, place)), true);
   context.fillStyle = `${palette.plan}1f`;

@@ -45,14 +45,11 @@ export class GroundLayer extends Layer {
     context.imageSmoothingQuality = "medium";
     this.background.draw(context, shown, resolution);
     const { place } = this.tiles;
-    const seen = outOf(place, shown);
-    const inSight = (east: number, north: number, side: number): boolean =>
-      east + side > seen[0] && north > seen[1] && east < seen[2] && north - side < seen[3];
     context.translate(place.east / resolution, -place.north / resolution);
     context.rotate(place.turn);
-    this.tiles.draw(inSight, (picture, east, north, side) => {
-      const length = side / resolution + 2 * OVERLAP_PX;
-      context.drawImage(picture, east / resolution - OVERLAP_PX, -north / resolution - OVERLAP_PX, length, length);
+    this.tiles.draw(outOf(place, shown), resolution, (picture, east, north, width, height) => {
+      const [across, down] = [width / resolution + 2 * OVERLAP_PX, height / resolution + 2 * OVERLAP_PX];
+      context.drawImage(picture, east / resolution - OVERLAP_PX, -north / resolution - OVERLAP_PX, across, down);
     });
   }
 }

@@ -25,6 +25,23 @@ export const LIVE_TILE: TileAddress = ({ row, column }, version) => `api/mosaic/
 export type Arrived = "first" | "all";
 const HERE: GroundPlace = { north: 0, east: 0, turn: 0 };
 
+/** Ground that is shown: where the picture of each tile is asked for, where it lies, and its tiles. */
+export interface Ground {
+  address: TileAddress;
+  place: GroundPlace;
+  tiles: readonly TileKey[];
+  /** Address of one picture of all tiles, coarser where they are many; null where there is none. */
+  whole: string | null;
+}
+
+/** One picture of all tiles, in the frame of the ground. */
+interface Whole {
+  picture: ImageBitmap;
+  extent: Extent;
+  /** Metres a pixel. */
+  resolution: number;
+}
+
 interface GroundTile {
   key: TileKey;
   classes: Uint8Array | null;
@@ -40,6 +57,10 @@ interface GroundTile {
 }
 
 const FETCHES = 2;
+/** HTTP's status of an answer with something in it. */
+const OK = 200;
+/** The picture of the whole may be stretched by so much before tiles are asked for. */
+const STRETCHED = 1.25;
 
 /** The ground's tiles: classes from heartbeats, pictures by HTTP, put together when they are drawn. */
 export class GroundTiles {
@@ -50,38 +71,49 @@ export class GroundTiles {
   private palette: Palette | null = null;
   private scratch: HTMLCanvasElement | null = null;
   private pictured = true;
+  private whole: Whole | null = null;
+  private isWholeAsked = false;
+  /** Tiles that are not asked for: the picture of the whole is fine enough. */
+  private readonly spared = new Map<string, TileKey>();
 
   place: GroundPlace = HERE;
   address: TileAddress = LIVE_TILE;
   private readonly grid: Grid;
-  private readonly changed: () => void;
+  private readonly changed: (isDone: boolean) => void;
 
+  /** `changed` gets whether all that was asked for is here: then nothing is gathered before it is drawn. */
   constructor(
     grid: Grid,
-    changed: () => void,
+    changed: (isDone: boolean) => void,
   ) {
     this.grid = grid;
     this.changed = changed;
   }
 
   /** Shows other ground: its tiles are asked for at another address, and lie elsewhere. */
-  show(address: TileAddress, place: GroundPlace): void {
+  show({ address, place, tiles, whole }: Ground): void {
     this.clear();
     this.address = address;
     this.place = place;
-    this.changed();
+    this.changed(false);
+    if (whole !== null && tiles.length > 0) void this.fetchWhole(whole, tiles);
+    else for (const key of tiles) this.takePicture(key, 1);
   }
 
   clear(): void {
     this.generation += 1;
     this.tiles.clear();
     this.wanted.clear();
+    this.spared.clear();
+    this.whole?.picture.close();
+    this.whole = null;
+    this.isWholeAsked = false;
   }
 
   recolour(palette: Palette): void {
     this.palette = palette;
     for (const tile of this.tiles.values()) tile.stale = true;
-    this.changed();
+    this.changed(false);
   }
 
   /** Whether the pictures are drawn, or the classes of the cells alone. */
@@ -89,7 +121,7 @@ export class GroundTiles {
     if (pictured === this.pictured) return;
     this.pictured = pictured;
     for (const tile of this.tiles.values()) tile.stale = true;
-    this.changed();
+    this.changed(false);
   }
 
   /** Takes a changed tile of classes; one that cannot be read is left as it was. */
@@ -104,7 +136,7 @@ export class GroundTiles {
       tile.classes = classes;
       tile.stale = true;
       for (const side of sides) this.touch(key, side);
-      this.changed();
+      this.changed(false);
     } catch (error) {
       console.warn("map tile", tileName(key), error);
     }
@@ -112,8 +144,8 @@ export class GroundTiles {
 
   /** How many of the pictures that were asked for are here, or cannot be had: none yet, the first ones, or all. */
   get arrived(): "none" | Arrived {
-    if (this.fetching === 0 && this.wanted.size === 0) return "all";
-    return [...this.tiles.values()].some(({ picture }) => picture !== null) ? "first" : "none";
+    if (this.fetching === 0 && this.wanted.size === 0 && !this.isWholeAsked) return "all";
+    return this.whole !== null || [...this.tiles.values()].some(({ picture }) => picture !== null) ? "first" : "none";
   }
 
   takePicture(key: TileKey, version: number): void {
@@ -127,34 +159,75 @@ export class GroundTiles {
     return this.tiles.get(tileName({ row, column }))?.classes?.[index] ?? 0;
   }
 
-  /** Draws the tiles that are in sight by a function that gets the picture, its north-west corner and its side, metres. */
-  draw(
-    inSight: (east: number, north: number, side: number) => boolean,
-    paint: (picture: HTMLCanvasElement, east: number, north: number, side: number) => void,
-  ): void {
+  /**
+   * Draws the ground in an extent of its own frame, at a resolution (metres a pixel), by a function that gets each picture, its
+   * north-west corner, width and height, metres. Tiles that are finer than the picture of the whole are asked for then.
+   */
+  draw(extent: Extent, resolution: number, paint: (picture: CanvasImageSource, east: number, north: number, width: number, height: number) => void): void {
     const side = this.grid.cells * this.grid.cellSize;
+    const inSight = (east: number, north: number): boolean => overlaps(extent, east, north, side);
+    if (this.whole && this.pictured) {
+      const [west, south, east, north] = this.whole.extent;
+      paint(this.whole.picture, west, north, east - west, north - south);
+      if (resolution * STRETCHED < this.whole.resolution) this.askWithin(extent);
+    }
     for (const tile of this.tiles.values()) {
       const [east, north] = [tile.key.column * side, -tile.key.row * side];
-      if (!inSight(east, north, side)) continue;
+      if (!inSight(east, north)) continue;
       if (tile.stale) this.compose(tile);
-      if (tile.canvas) paint(tile.canvas, east, north, side);
+      if (tile.canvas) paint(tile.canvas, east, north, side, side);
     }
   }
 
   /** Draws the pictures in an extent, metres right (east) and down (south) of the origin. Returns whether there was one. */
   drawPictures(context: CanvasRenderingContext2D, [west, south, east, north]: Extent): boolean {
     const side = this.grid.cells * this.grid.cellSize;
-    const [left, low, right, high] = outOf(this.place, [west, south, east, north]);
+    const extent = outOf(this.place, [west, south, east, north]);
     let drawn = false;
     context.translate(this.place.east, -this.place.north);
     context.rotate(this.place.turn);
+    if (this.whole) {
+      const [left, low, right, high] = this.whole.extent;
+      context.drawImage(this.whole.picture, left, -high, right - left, high - low);
+      drawn = true;
+      this.askWithin(extent);
+    }
     for (const { key, picture } of this.tiles.values()) {
       const [at, top] = [key.column * side, -key.row * side];
-      if (!picture || at > right || at + side < left || top < low || top - side > high) continue;
+      if (!picture || !overlaps(extent, at, top, side)) continue;
       context.drawImage(picture, at, -top, side, side);
       drawn = true;
     }
     return drawn;
+  }
+
+  /** Asks for the tiles in an extent that were spared. */
+  private askWithin(extent: Extent): void {
+    const side = this.grid.cells * this.grid.cellSize;
+    for (const [name, key] of this.spared) {
+      if (!overlaps(extent, key.column * side, -key.row * side, side)) continue;
+      this.spared.delete(name);
+      this.takePicture(key, 1);
+    }
+  }
+
+  /** Asks for one picture of all tiles; where it cannot be had, for each of them. */
+  private async fetchWhole(address: string, tiles: readonly TileKey[]): Promise<void> {
+    const generation = this.generation;
+    this.isWholeAsked = true;
+    const picture = await pictureAt(address);
+    if (generation !== this.generation) {
+      picture?.close();
+      return;
+    }
+    this.isWholeAsked = false;
+    const side = this.grid.cells * this.grid.cellSize;
+    const extent = extentOf(tiles.flatMap(({ row, column }): Coordinate[] => [[column * side, -row * side], [(column + 1) * side, -(row + 1) * side]]));
+    if (picture && extent) {
+      this.whole = { picture, extent, resolution: (extent[2] - extent[0]) / picture.width };
+      if (this.whole.resolution > this.grid.cellSize) for (const key of tiles) this.spared.set(tileName(key), key);
+      this.changed(true);
+    } else for (const key of tiles) this.takePicture(key, 1);
   }
 
   private tile(key: TileKey): GroundTile {
@@ -178,7 +251,7 @@ export class GroundTiles {
     void this.fetchPicture(key, version).finally(() => {
       this.fetching -= 1;
       this.fetchNext();
-      if (this.fetching === 0) this.changed();
+      if (this.fetching === 0) this.changed(true);
     });
   }
 
@@ -195,7 +268,7 @@ export class GroundTiles {
       if (version < tile.pictureVersion) return;
       tile.picture?.close();
       Object.assign(tile, { picture, mask, pictureVersion: version, stale: true });
-      this.changed();
+      this.changed(false);
     } catch (error) {
       console.warn("map picture", tileName(key), error);
     }
@@ -258,6 +331,21 @@ export function outOf({ north, east, turn }: GroundPlace, [west, south, right, t
     return [across * cosine - up * sine, across * sine + up * cosine];
   });
   return extentOf(places) ?? [west, south, right, top];
+}
+
+/** Whether a square, by its north-west corner and its side, has a part of an extent. */
+function overlaps([west, south, right, top]: Extent, east: number, north: number, side: number): boolean {
+  return east + side > west && north > south && east < right && north - side < top;
+}
+
+async function pictureAt(address: string): Promise<ImageBitmap | null> {
+  try {
+    const response = await fetch(address);
+    return response.status === OK ? await createImageBitmap(await response.blob()) : null;
+  } catch (error) {
+    console.warn("map picture", address, error);
+    return null;
+  }
 }
 
 function newCanvas(size: number): HTMLCanvasElement {

@@ -4,7 +4,7 @@ import type MapBrowserEvent from "ol/MapBrowserEvent.js";
 import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import type { Point } from "../protocol.ts";
-import type { MapChange, MapStore, Stall, TileKey } from "../state/map-store.ts";
+import type { MapChange, MapStore, Stall } from "../state/map-store.ts";
 import type { Layers } from "../state/preferences.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { Background } from "./background.ts";
@@ -14,7 +14,7 @@ import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
-import { type Arrived, type GroundPlace, GroundTiles, type TileAddress } from "./ground-tiles.ts";
+import { type Arrived, type Ground, GroundTiles } from "./ground-tiles.ts";
 import { readPalette } from "./palette.ts";
 import { PlanEditor, type PlanEditorEvents } from "./plan-editor.ts";
 import type { RowMark } from "./draw-labels.ts";
@@ -53,6 +53,8 @@ const MOVE_TOLERANCE_PX = 3;
 const BESIDE_PX = 68;
 const WIDE_PX = 84;
 const LEAST_TURN_RAD = 0.005;
+/** Keys that move or zoom the map. */
+const MOVING = /^([+-]|Arrow.*)$/;
 /** A finger or mouse button leaves. */
 const ENDED = ["pointerup", "pointercancel"] as const;
 
@@ -108,7 +110,7 @@ export class LotMap {
       constrainResolution: false,
       constrainRotation: false,
     });
-    this.tiles = new GroundTiles(grid, () => this.redrawSoon());
+    this.tiles = new GroundTiles(grid, (isDone) => (isDone ? this.redraw() : this.redrawSoon()));
     this.ground = new GroundLayer(this.tiles, this.background);
     this.stalls = new StallsLayer();
     this.map = new OlMap({
@@ -215,10 +217,8 @@ export class LotMap {
   }
 
   /** Shows the ground of a stored survey in place of the live one. */
-  showGround(address: TileAddress, place: GroundPlace, tiles: readonly TileKey[]): void {
-    this.tiles.show(address, place);
-    for (const key of tiles) this.tiles.takePicture(key, 1);
-    this.redrawSoon();
+  showGround(ground: Ground): void {
+    this.tiles.show(ground);
   }
 
   /** Labels on the stalls, and letters at the begins of rows: as they are painted. */
@@ -267,7 +267,9 @@ export class LotMap {
     return this.tiles.classAt(place.North, place.East);
   }
 
+  /** Zooms about the middle. Who looked at the whole looks at a part of it from then on, or has it smaller. */
   zoom(factor: number): void {
+    if (this.looking === "whole") this.leave();
     const resolution = this.view.getResolution() ?? 0.3;
     this.view.animate({ resolution: resolution / factor, duration: this.still.matches ? 0 : EASE_MS });
   }
@@ -321,6 +323,7 @@ export class LotMap {
     });
     this.map.on("pointerdrag", () => this.leave());
     this.element.addEventListener("wheel", () => this.leave(), { passive: true });
+    this.element.addEventListener("keydown", ({ key }) => MOVING.test(key) && this.leave());
     this.element.addEventListener("pointerdown", ({ pointerId }) => this.pointers.add(pointerId));
     for (const ended of ENDED) window.addEventListener(ended, this.released);
     this.map.on("click", (event: MapBrowserEvent) => {
@@ -362,19 +365,29 @@ export class LotMap {
 
   private redrawSoon(): void {
     if (this.redrawTimer !== 0 || document.hidden) return;
-    this.redrawTimer = window.setTimeout(() => {
-      this.redrawTimer = 0;
-      this.ground.repaint();
-      this.reportDrawn();
-    }, REDRAW_MS);
+    this.redrawTimer = window.setTimeout(() => this.redraw(), REDRAW_MS);
+  }
+
+  private redraw(): void {
+    clearTimeout(this.redrawTimer);
+    this.redrawTimer = 0;
+    if (document.hidden) return;
+    this.ground.repaint();
+    this.reportDrawn();
   }
 
   private reportDrawn(): void {
     const { address, arrived } = this.tiles;
     if (arrived === "none" || !this.events.drawn) return;
-    this.map.once("rendercomplete", () => {
+    const report = (): void => {
       if (address === this.tiles.address) this.events.drawn?.(arrived);
-    });
+    };
+    if (this.map.getSize()?.every((side) => side > 0)) {
+      this.map.renderSync();
+      report();
+      return;
+    }
+    this.map.once("rendercomplete", report); // it is not shown yet
     this.map.render();
   }
 

@@ -1,6 +1,7 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
 import { type Area, drawArea, drawAreaName, drawPlan, drawPlanWords, drawSeen, drawSketch, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
+import { drawRows, type RowMark, rowMarks } from "./draw-labels.ts";
 import { type Coordinate, type Extent, type Rectangle } from "./geometry.ts";
 import type { Palette } from "./palette.ts";
 import { SquarePictures } from "./square-pictures.ts";
@@ -17,12 +18,16 @@ export class PlanLayer extends Layer {
   private areas: readonly Area[] = [];
   private seen: readonly Rectangle[] = [];
   private sketch = NO_SKETCH;
+  /** Letters of the rows; null: stalls have changed since. */
+  private rows: readonly RowMark[] | null = null;
   private readonly holder = document.createElement("div");
   private readonly wide = new WideCanvas("plan", (context, sight, frame) => {
     drawSeen(context, this.seen, sight, this.palette);
     for (const area of this.areas) drawArea(context, area, sight, this.palette);
     for (const { stalls } of this.pictures.paint(context, sight, frame)) drawPlanWords(context, stalls.values(), sight, this.palette);
     for (const area of this.areas) drawAreaName(context, area, sight, this.palette);
+    this.rows ??= rowMarks(this.within([-Infinity, -Infinity, Infinity, Infinity]));
+    drawRows(context, this.rows, sight);
   });
   private readonly over = new WideCanvas("plan", (context, sight) => drawSketch(context, this.sketch, sight, this.palette));
 
@@ -94,6 +99,7 @@ export class PlanLayer extends Layer {
   }
 
   private touch(): void {
+    this.rows = null;
     this.wide.touch();
     this.changed();
   }

@@ -168,7 +168,7 @@ export class PlanOnMap {
     if (drawing.tool === "choose" || drawing.tool === "box") return NO_SKETCH;
     const row = drawing.row;
     const ends = drawing.tool === "row" && row && drawing.places.length > 0 ? [...row.front, ...drawing.places.slice(2)] : places;
-    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), isArea: drawing.isRing, box: [] };
+    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), area: drawing.tool === "area" || drawing.tool === "zone" ? drawing.tool : "", box: [] };
   }
 
   private clicked(place: Coordinate, id: string | null, how: Touching): void {

@@ -1380,12 +1380,12 @@ archive-to = To
 archive-surveys = Surveys
 archive-stalls = Stalls
 archive-links = Links
-archive-unanswered = The drone does not answer. Look at the connection and load the page again.
+archive-unanswered = No answer: look at the connection. The page asks again by itself.
 # $status: number of HTTP
 archive-refused = The drone refused that (HTTP { $status }). Load the page again.
 archive-asking = Asking the drone
 archive-no-lot = No lot is stored yet: fly a first survey.
-archive-no-survey = This lot has no survey yet: fly one, or count it from photographs.
+archive-no-survey = This lot has no survey: fly one, or count it from photographs.
 archive-two-needed = Two surveys that count are needed: fly again.
 archive-none-counts = No survey of this period counts: choose other days, or give a survey its place in Fly.
 archive-program = Program { $program }
@@ -1424,7 +1424,6 @@ archive-left-out-count =
     }
 # A share with the ends of its interval, in percent.
 archive-share = { $value } % ({ $low } to { $high } %)
-archive-amount = { $value } ({ $low } to { $high })
 archive-before = Before
 archive-after = After
 archive-changes = Changed stalls
@@ -1665,3 +1664,13 @@ film-from-home = from home
 film-kept = kept
 film-kept-until = kept until { $day }
 film-pale = Pale: not seen yet
+
+keep-it = Keep it
+film-gone = This recording is not there any more: it was deleted.
+ask-part-gone = The lot has no row, zone or kind of this name: it may be called otherwise now.
+address-unread = The address names what is no place of this page, and it is left out: { $parts }
+compare-same = The address names the same survey twice: choose another one in Lots.
+desk-silent-title = No answer from the desk for { $age }
+desk-silent-text = What is shown may be old. The page connects again by itself.
+explore-again-question = Survey the lot again?
+explore-again-meaning = { $distance } over every stall that is known, inside the fence. Hold stops it.

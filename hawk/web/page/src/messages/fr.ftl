@@ -1355,11 +1355,11 @@ archive-to = Au
 archive-surveys = Relevés
 archive-stalls = Places
 archive-links = Liens
-archive-unanswered = Le drone ne répond pas. Vérifiez la liaison et rechargez la page.
+archive-unanswered = Pas de réponse : vérifiez la liaison. La page redemande d’elle-même.
 archive-refused = Le drone a refusé (HTTP { $status }). Rechargez la page.
 archive-asking = Demande au drone
 archive-no-lot = Aucun parking n'est encore enregistré : faites un premier relevé.
-archive-no-survey = Ce parking n'a pas encore de relevé : volez, ou comptez-le d'après des photographies.
+archive-no-survey = Ce parking n'a pas de relevé : volez, ou comptez-le d'après des photographies.
 archive-two-needed = Il faut deux relevés qui comptent : volez encore.
 archive-none-counts = Aucun relevé de cette période ne compte : choisissez d'autres jours, ou donnez sa position à un relevé dans Voler.
 archive-program = Programme { $program }
@@ -1397,7 +1397,6 @@ archive-left-out-count =
        *[other] { $surveys } relevés de cette période sont écartés : leur position ou leur heure n'est pas certaine.
     }
 archive-share = { $value } % ({ $low } à { $high } %)
-archive-amount = { $value } ({ $low } à { $high })
 archive-before = Avant
 archive-after = Après
 archive-changes = Places changées
@@ -1646,3 +1645,13 @@ film-from-home = du départ
 film-kept = conservé
 film-kept-until = conservé jusqu'au { $day }
 film-pale = Pâle : pas encore vu
+
+keep-it = Garder
+film-gone = Cet enregistrement n’est plus là : il a été supprimé.
+ask-part-gone = Le parking n’a ni rangée, ni zone, ni type de ce nom : il s’appelle peut-être autrement maintenant.
+address-unread = L’adresse nomme ce qui n’est pas un endroit de cette page, et qui est laissé de côté : { $parts }
+compare-same = L’adresse nomme deux fois le même relevé : choisissez-en un autre dans Parkings.
+desk-silent-title = Pas de réponse du bureau depuis { $age }
+desk-silent-text = Ce qui est montré est peut-être ancien. La page se reconnecte seule.
+explore-again-question = Relever à nouveau le parking ?
+explore-again-meaning = { $distance } au-dessus de chaque place connue, dans la géobarrière. Stationnaire l’arrête.

@@ -917,7 +917,6 @@ export interface Messages {
   "archive-left-out": { why: string | number };
   "archive-left-out-count": { surveys: number };
   "archive-share": { value: string | number; low: string | number; high: string | number };
-  "archive-amount": { value: string | number; low: string | number; high: string | number };
   "archive-before": Record<string, never>;
   "archive-after": Record<string, never>;
   "archive-changes": Record<string, never>;
@@ -1077,4 +1076,13 @@ export interface Messages {
   "film-kept": Record<string, never>;
   "film-kept-until": { day: string | number };
   "film-pale": Record<string, never>;
+  "keep-it": Record<string, never>;
+  "film-gone": Record<string, never>;
+  "ask-part-gone": Record<string, never>;
+  "address-unread": { parts: string | number };
+  "compare-same": Record<string, never>;
+  "desk-silent-title": { age: string | number };
+  "desk-silent-text": Record<string, never>;
+  "explore-again-question": Record<string, never>;
+  "explore-again-meaning": { distance: string | number };
 }

@@ -36,6 +36,8 @@ export class FilmView extends View {
   @property({ attribute: false }) recordings: readonly Recording[] = [];
   /** Reads of a lot: the same for one lot, whichever view asks. */
   @property({ attribute: false }) sourceOf!: (lot: string) => LotSource;
+  /** The clock of a film over no lot. */
+  @property() zone: string | undefined;
   every = everyFrame;
   @state() private isWeek = false;
   private readonly film = new Asked<Film>(this);
@@ -51,6 +53,7 @@ export class FilmView extends View {
   /** Number of the picture that is shown; another one is asked for when it is there. */
   private picture = -1;
   private isLoading = false;
+  private isMissed = false;
   @state() private chosen = "";
   /** The message that the list was scrolled to. */
   private followed: HTMLElement | null = null;
@@ -69,6 +72,15 @@ export class FilmView extends View {
 
   private get row(): Recording | undefined {
     return this.recordings.find(({ name }) => name === this.place.recording);
+  }
+
+  /** Deleted meanwhile, or never there. An empty list is none that was read. */
+  private get isGone(): boolean {
+    return this.recordings.length > 0 && !this.row && (this.film.value?.name !== this.place.recording || this.isMissed);
+  }
+
+  private get clock(): string | undefined {
+    return this.row?.lot?.time_zone ?? this.zone;
   }
 
   /** Recordings of the same lot, or all without one. */
@@ -106,6 +118,7 @@ export class FilmView extends View {
     this.extent = null;
     this.picture = -1;
     this.isLoading = false;
+    this.isMissed = false;
     this.chosen = "";
   }
 
@@ -151,6 +164,7 @@ export class FilmView extends View {
   override render(): TemplateResult {
     const back = html`<p class="filmback"><button class="small" @click=${() => this.go({ recording: "", t: "" })}>${icon("left")} ${say("film-all")}</button></p>`;
     const film = this.film.value;
+    if (this.isGone) return html`${back}<p role="alert">${say("film-gone")}</p>`;
     if (this.film.problem !== "") return html`${back}<p role="alert">${this.film.problem}</p>`;
     if (film?.name !== this.place.recording) return html`${back}<p role="status">${say("film-reading")}</p>`;
     const { at } = this.player;
@@ -172,9 +186,9 @@ export class FilmView extends View {
 
   private about(film: Film): TemplateResult {
     const { row } = this;
-    const zone = row?.lot?.time_zone;
+    const zone = this.clock;
     const until = row?.keep ? say("film-kept") : row?.keep_end ? say("film-kept-until", { day: moment(row.keep_end, zone).slice(0, 10) }) : "";
-    const began = film.began ?? row?.began ?? null;
+    const began = row?.began ?? film.began ?? null; // that of the list
     const facts = [row?.lot?.name ?? "", began === null ? "" : moment(began, zone), format.longDuration(film.seconds), row ? format.bytes(row.bytes) : "", until, film.footprints.length > 0 ? say("film-pale") : ""];
     return html`<section class="card not-live" aria-label=${say("film-not-live")}>
       <button class="small" @click=${() => this.go({ recording: "", t: "" })}>${say("film-all")}</button>
@@ -186,11 +200,19 @@ export class FilmView extends View {
 
   private camera(film: Film): TemplateResult {
     if (this.picture < 0) return html`<section class="camera none"><p>${say("film-no-picture")}</p></section>`;
-    const clock = clockAt(film, film.pictures[this.picture] ?? 0, this.row?.lot?.time_zone);
+    const clock = clockAt(film, film.pictures[this.picture] ?? 0, this.clock);
     const words = say("film-recorded", { clock });
     return html`<section class="camera" aria-label=${say("camera-picture")}>
-      <img src="${API}/recordings/${film.name}/film/pictures/${this.picture}" alt=${words} @load=${() => this.loaded()} @error=${() => this.loaded()} />
+      <img src="${API}/recordings/${film.name}/film/pictures/${this.picture}" alt=${words} @load=${() => this.loaded()} @error=${() => this.missed()} />
       <span class="tag">${words}</span></section>`;
+  }
+
+  /** A picture that does not come: the list says whether the recording is there still. */
+  private missed(): void {
+    this.player.pause();
+    if (!this.isMissed) this.changed();
+    this.isMissed = true;
+    this.loaded();
   }
 
   private loaded(): void {
@@ -212,7 +234,7 @@ export class FilmView extends View {
 
   private messages(film: Film): TemplateResult {
     const now = messageAt(film.messages, this.player.at);
-    const zone = this.row?.lot?.time_zone;
+    const zone = this.clock;
     return html`<section class="card said" aria-label=${say("messages")} tabindex="0"><ol class="log">${film.messages.map(
       ({ at, level, text, details }, k) => html`<li data-level=${level} class="${k === now ? "on" : ""} ${k > now ? "later" : ""}"><button class="plain link" aria-current=${k === now} @click=${() => this.seek(at)}>${clockAt(film, at, zone)}</button>${icon(ICONS[level])}
         <div>${drone(text)}${details === "" ? nothing : html`<details><summary>${say("details")}</summary><span class="sub">${drone(details)}</span></details>`}</div></li>`,
@@ -223,7 +245,7 @@ export class FilmView extends View {
     const { others } = this;
     const index = others.findIndex(({ name }) => name === film.name);
     const has = { before: index > 0, after: index >= 0 && index < others.length - 1, week: (this.surveys.value?.surveys.length ?? 0) > 0 };
-    return html`<hawk-film-bar .film=${film} .at=${this.player.at} .playing=${this.player.isPlaying} .speed=${this.player.speed} .zone=${this.row?.lot?.time_zone} .has=${has} .spoken=${language()} @film=${(event: CustomEvent<FilmAsked>) => this.asked(event.detail)}></hawk-film-bar>`;
+    return html`<hawk-film-bar .film=${film} .at=${this.player.at} .playing=${this.player.isPlaying} .speed=${this.player.speed} .zone=${this.clock} .has=${has} .spoken=${language()} @film=${(event: CustomEvent<FilmAsked>) => this.asked(event.detail)}></hawk-film-bar>`;
   }
 
   /** The surveys of the lot: one leads to its recording, and to itself where there is none. */

@@ -38,12 +38,10 @@ const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "
   report: ["lot"],
   recordings: ["lot", "recording"],
 };
-const DAY = /^\d{4}-\d{2}-\d{2}$/;
 const RECORDING = /^[0-9TZ-]{16,24}\.mcap$/;
 const SECONDS = /^\d{1,6}(\.\d)?$/;
 const PART = /^(row|zone|kind)\../;
-const DAYS = /^[a-z]{3}(-[a-z]{3})?(,[a-z]{3}(-[a-z]{3})?)*$/;
-const HOURS = /^\d{1,2}(-\d{1,2})?(,\d{1,2}(-\d{1,2})?)*$/;
+const DAYS = /^(mon|tue|wed|thu|fri|sat|sun)([,-](mon|tue|wed|thu|fri|sat|sun))*$/;
 const SHARE = /^(0|1|\.\d{1,3})$/;
 const ID = /^[0-9a-f-]{36}$/;
 
@@ -57,18 +55,45 @@ export function placeOf(hash: string): Place {
   const given = new URLSearchParams(search);
   place.stall = read(given.get("stall"), ID);
   place.t = read(given.get("t"), SECONDS);
-  place.from = read(given.get("from"), DAY);
-  place.to = read(given.get("to"), DAY);
+  place.from = read(given.get("from"), { test: isDay });
+  place.to = read(given.get("to"), { test: (to) => isDay(to) && to >= place.from });
   place.parts = given.getAll("part").filter((part) => PART.test(part));
-  place.days = read(given.get("days"), DAYS);
-  place.hours = read(given.get("hours"), HOURS);
+  place.days = read(given.get("days"), { test: (days) => DAYS.test(days) && days.split(",").every((run) => run.length <= 7) });
+  place.hours = read(given.get("hours"), { test: isHours });
   place.by = BY.find((each) => each === given.get("by")) ?? "";
   place.at = read(given.get("at"), SHARE);
   place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
   return place;
 }
 
-function read(value: string | null | undefined, pattern: RegExp): string {
+/** What an address names that is no place: a day that is none, say. The page says that it is left out. */
+export function unreadOf(hash: string): string[] {
+  const place = placeOf(hash);
+  const [path = "", search = ""] = hash.replace(/^#/, "").split("?");
+  const [, view = "", ...ids] = path.split("/");
+  const names = PATHS[place.view];
+  const lost = ids.filter((id, k) => id !== "" && (names[k] === undefined || place[names[k]] !== id));
+  const given = [...new URLSearchParams(search)].filter(([name, value]) => {
+    if (name === "part") return !place.parts.includes(value);
+    return value !== "" && Object.hasOwn(NOWHERE, name) && place[name as keyof Place] !== value;
+  });
+  return [...(view === "" || view === place.view ? [] : [view]), ...lost, ...given.map(([name, value]) => `${name}=${value}`)];
+}
+
+function isDay(text: string): boolean {
+  const time = Date.parse(`${text}T00:00Z`);
+  return /^\d{4}-\d{2}-\d{2}$/.test(text) && !Number.isNaN(time) && new Date(time).toISOString().startsWith(text);
+}
+
+/** Hours as "7-11,16": the end of a run is after its begin. */
+function isHours(text: string): boolean {
+  return text.split(",").every((run) => {
+    const [first = -1, last = first + 1] = run.split("-").map(Number);
+    return /^\d{1,2}(-\d{1,2})?$/.test(run) && first < last && last <= 24;
+  });
+}
+
+function read(value: string | null | undefined, pattern: { test: (value: string) => boolean }): string {
   return value && pattern.test(value) ? value : "";
 }
 

@@ -1,4 +1,4 @@
-import { hashOf, type Place, placeOf } from "./place.ts";
+import { hashOf, type Place, placeOf, unreadOf } from "./place.ts";
 
 /** Where the address stands: the browser's, or none in a test. */
 export interface Address {
@@ -10,6 +10,8 @@ export interface Address {
 /** The place that the page shows, in step with the address. Reports "change" after each change. */
 export class Route extends EventTarget {
   place: Place;
+  /** What the address names that is no place, until the person goes on. */
+  unread: readonly string[] = [];
   private readonly address: Address;
   /** The token of a link that was shared stands before the place. */
   private readonly token: string;
@@ -37,6 +39,7 @@ export class Route extends EventTarget {
   /** Goes to a place that differs from this one so. Another view is a step that "back" undoes; a moment of it is none. */
   go(change: Partial<Place>): void {
     const before = this.place;
+    this.unread = [];
     this.place = { ...before, ...change };
     this.address.write(this.hashTo({}), before.view === this.place.view && before.lot === this.place.lot);
     this.dispatchEvent(new Event("change"));
@@ -49,7 +52,9 @@ export class Route extends EventTarget {
   }
 
   private read(): Place {
-    const place = placeOf(this.address.hash().replace(`#${this.token}`, "#"));
+    const hash = this.address.hash().replace(`#${this.token}`, "#");
+    const place = placeOf(hash);
+    this.unread = unreadOf(hash);
     return this.token !== "" && place.view === "fly" ? { ...place, view: "lots" } : place;
   }
 }

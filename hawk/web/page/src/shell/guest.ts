@@ -59,8 +59,8 @@ export class Guest extends LitElement {
     const access = { lots: [], token: this.token, mayChange: false, operator: null };
     const counted = shown?.surveys.filter((row) => row.left_out_code === "").length ?? 0;
     const views = this.problem === "" ? VIEWS.filter(([, least]) => counted >= least).map(([view]) => view) : [];
-    return html`<hawk-top .route=${route} .place=${route.place} .views=${views} .lots=${shown && [lotOf(shown)]} .spoken=${language()} .speak=${this.speak}></hawk-top>
-      <div class="view" role="main">${this.problem === "" ? this.late.render(route, access, language()) : html`<div class="page"><h1>${say("link-shows-nothing")}</h1><p role="alert">${this.problem}</p></div>`}</div>`;
+    return html`<hawk-top .route=${route} .place=${route.place} .views=${views} .lots=${shown && this.problem === "" ? [lotOf(shown)] : null} .spoken=${language()} .speak=${this.speak}></hawk-top>
+      <div class="view" role="main" @archive-ended=${({ detail }: CustomEvent<string>) => (this.problem = detail)}>${this.problem === "" ? this.late.render(route, access, language()) : html`<div class="page"><h1>${say("link-shows-nothing")}</h1><p role="alert">${this.problem}</p></div>`}</div>`;
   }
 }
 

@@ -46,8 +46,8 @@ export class MapStore {
 
   private mapId: string | null = null;
   private fresh = false;
-  private readonly tiles = new Map<string, number>();
-  private readonly pictures = new Map<string, number>();
+  private readonly tiles = new Map<string, MapChange["tiles"][number]>();
+  private readonly pictures = new Map<string, MapChange["pictures"][number]>();
 
   /** The server will send everything again: what is here is void with the next update. */
   expectAll(): void {
@@ -63,15 +63,19 @@ export class MapStore {
     const change: MapChange = { reset, stalls: [], removed: [], tiles: [], pictures: [] };
     for (const stall of update.Stalls) this.applyStall(stall, change);
     for (const tile of update.Tiles) {
-      const key = { row: tile.Row, column: tile.Column };
-      if (!this.newer(this.tiles, key, tile.Version)) continue;
-      change.tiles.push({ key, version: tile.Version, data: tile.Data });
+      const found = { key: { row: tile.Row, column: tile.Column }, version: tile.Version, data: tile.Data };
+      if (isNewer(this.tiles, found)) change.tiles.push(found);
     }
     for (const picture of update.Mosaic) {
-      const key = { row: picture.Row, column: picture.Column };
-      if (this.newer(this.pictures, key, picture.Version)) change.pictures.push({ key, version: picture.Version });
+      const found = { key: { row: picture.Row, column: picture.Column }, version: picture.Version };
+      if (isNewer(this.pictures, found)) change.pictures.push(found);
     }
     return change;
+  }
+
+  /** All that is here as one change, for a map that begins later. */
+  whole(): MapChange {
+    return { reset: true, stalls: [...this.stalls.keys()], removed: [], tiles: [...this.tiles.values()], pictures: [...this.pictures.values()] };
   }
 
   private applyStall(update: StallUpdate, change: MapChange): void {
@@ -85,18 +89,19 @@ export class MapStore {
     change.stalls.push(stall.id);
   }
 
-  private newer(versions: Map<string, number>, key: TileKey, version: number): boolean {
-    const name = tileName(key);
-    if (versions.get(name) === version) return false;
-    versions.set(name, version);
-    return true;
-  }
-
   private clear(): void {
     this.stalls.clear();
     this.tiles.clear();
     this.pictures.clear();
   }
+}
+
+/** Keeps what is another version than the one that is there; returns whether it is. */
+function isNewer<T extends { key: TileKey; version: number }>(all: Map<string, T>, found: T): boolean {
+  const name = tileName(found.key);
+  if (all.get(name)?.version === found.version) return false;
+  all.set(name, found);
+  return true;
 }
 
 function complete(update: StallUpdate): Stall | null {

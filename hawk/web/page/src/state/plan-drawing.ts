@@ -11,6 +11,8 @@ const LEAST_AREA = 3;
 
 /** The edit of a plan that is drawn on. */
 export interface DrawnOn {
+  /** What was refused last; another tool forgets it. */
+  problem: string;
   readonly plan: { readonly summary: { readonly usual: { readonly width: number; readonly length: number } }; readonly named: readonly { readonly name: string }[] };
   readonly selection: { clear(): void };
   do(operation: Operation): void;
@@ -45,6 +47,7 @@ export class PlanDrawing {
 
   use(tool: PlanTool): void {
     this.reset();
+    this.editing.problem = "";
     this.tool = tool;
     if (tool !== "choose" && tool !== "box") this.editing.selection.clear();
     this.editing.drawAgain();

@@ -58,7 +58,9 @@ export class App extends LitElement {
   @state() private survey = false;
   @state() private swapped = false;
   @state() private tab: TabName | "" = "";
-  @query("hawk-map") private map!: MapPanel;
+  @query("hawk-map") private map!: MapPanel | null;
+  /** Fly is read when it is opened first: a person who opens another view does not wait for its map. */
+  private wasOpen = false;
   private landedAt: string | null = null;
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
   readonly late = new LateViews(() => this.requestUpdate());
@@ -92,6 +94,7 @@ export class App extends LitElement {
   override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has("route")) this.follow(changed.get("route"));
     this.dress();
+    this.wasOpen ||= this.route.place.view === "fly";
     const view = this.model.view();
     if (isFlying(view.heartbeat)) this.survey = false;
     const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
@@ -128,10 +131,10 @@ export class App extends LitElement {
             <hawk-banner .model=${model}></hawk-banner>
             ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
-      ${isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
+      ${!this.wasOpen ? nothing : isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
       ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
       ${isDesk ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
-      ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map.classAt(place)}></hawk-bar>` : nothing}`;
+      ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map?.classAt(place) ?? 0}></hawk-bar>` : nothing}`;
   }
 
   private line(view: View, isDesk: boolean): TemplateResult | typeof nothing {
@@ -149,7 +152,7 @@ export class App extends LitElement {
         ${isAway ? nothing : html`<hawk-video .model=${model}></hawk-video>`}
         <aside class="side">
           ${model.plan.open && !isAway
-            ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>`
+            ? html`<hawk-plan .model=${model} .placed=${this.map?.planPlaced ?? "own"}></hawk-plan>`
             : this.survey
             ? html`<hawk-survey .model=${model}></hawk-survey>`
             : html`<hawk-counts .model=${model}></hawk-counts>
@@ -165,7 +168,7 @@ export class App extends LitElement {
         <h1 class="unseen">Parking Lot Hawk</h1>
         <hawk-map .model=${model} .isAway=${isAway}></hawk-map>
         <aside class="side">
-          ${model.plan.open && !isAway ? html`<hawk-plan .model=${model} .placed=${this.map.planPlaced}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}
+          ${model.plan.open && !isAway ? html`<hawk-plan .model=${model} .placed=${this.map?.planPlaced ?? "own"}></hawk-plan>` : html`<section class="card scroll"><hawk-lots .model=${model}></hawk-lots><hawk-settings .model=${model}></hawk-settings></section>`}
         </aside>
       </main>`;
   }
@@ -173,7 +176,8 @@ export class App extends LitElement {
   /** A flight may have made a lot since another view was shown; steps within a view ask for nothing. */
   private readonly moved = (): void => {
     const { view } = this.route.place;
-    if (view !== this.listedFor && view !== "fly") void this.listLots();
+    const isUnknown = this.lots?.every(({ id }) => id !== this.route.place.lot) ?? false;
+    if (view !== "fly" && (view !== this.listedFor || isUnknown)) void this.listLots();
     this.listedFor = view;
     this.isLotGone = false;
     this.requestUpdate();

@@ -63,6 +63,7 @@ export class MapPanel extends Part {
     });
     this.fence = new FenceOnMap(this.lot, this.model);
     this.plan = new PlanOnMap(this.lot, this.model, () => this.model.flight.plane, true);
+    this.lot.apply(this.model.map.whole(), this.model.map);
     this.model.addEventListener("map", this.mapChanged);
     this.model.addEventListener("stall", this.stallWanted);
     new ResizeObserver(() => this.requestUpdate()).observe(this.holder);

@@ -56,8 +56,8 @@ export class PlanChosen extends Part {
         <button type="submit" ?disabled=${off} title=${`${say("plan-rename")} (N)`}>${say("plan-rename")}</button>
       </form>
       <button ?disabled=${off || named.length !== 2} title=${named.length === 2 ? `${say("plan-swap")} (X)` : say("plan-swap-two")} @click=${() => swapRows(plan)}>${say("plan-swap")}</button>
-      <button ?disabled=${off || chosen.length < 2} title=${`${say("plan-reverse")} (I)`} @click=${() => reverseRow(plan)}>${say("plan-reverse")}</button>
       ${shift(-1)} ${shift(1)}
+      <button ?disabled=${off || chosen.length < 2} title=${`${say("plan-reverse")} (I)`} @click=${() => reverseRow(plan)}>${say("plan-reverse")}</button>
     </div>`;
   }
 

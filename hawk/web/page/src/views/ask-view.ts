@@ -35,10 +35,25 @@ export class AskView extends View {
     const shares = new Map(value?.surveys.flatMap(({ survey, occupancy }) => (occupancy.value === null ? [] : [[survey, occupancy.value]])));
     return html`<div class="ask">
       ${this.question()}
-      ${problem === "" ? nothing : html`<p class="card" role="alert">${problem}</p>`}
+      ${problem === "" ? nothing : html`<div class="card answer" role="alert"><p>${problem}</p>${this.there()}</div>`}
       ${value === null ? (problem === "" ? html`<p class="card answer">${say("archive-asking")}</p>` : nothing) : html`${this.answer(value)} ${this.heat(value)} ${this.figures(value)}`}
       <hawk-time-bar .source=${this.source} .lot=${this.place.lot} .revision=${this.revision} .marked=${new Set(shares.keys())} .shares=${shares} .spoken=${language()} @survey=${(event: CustomEvent<string>) => this.go({ view: "lots", survey: event.detail })}></hawk-time-bar>
     </div>`;
+  }
+
+  /** The rows, zones or kinds that there are, where the address asks about one that is not there: a row was renamed, say. */
+  private there(): TemplateResult | typeof nothing {
+    const kind = KINDS_OF_PARTS.find((each) => each === this.found.field);
+    if (kind === undefined) return nothing;
+    return html`<p class="others">${this.names(kind).map((name) => html`<button class="small" @click=${() => this.go({ parts: [`${kind}.${name}`] })}>${partName(kind, name)}</button>`)}</p>`;
+  }
+
+  /** What the lot's rows, zones or kinds are called. */
+  private names(kind: KindOfPart): string[] {
+    const { from, to, lot } = this.place;
+    const found = this.parts[kind];
+    found.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.statistics({ from, to }, kind));
+    return (found.value?.parts ?? []).map(({ name }) => name);
   }
 
   private answer(value: AskedUse): TemplateResult {
@@ -67,13 +82,11 @@ export class AskView extends View {
   }
 
   private partChoices(): TemplateResult {
-    const { from, to, lot, parts } = this.place;
+    const { parts } = this.place;
     const asked = parts.length === 0;
     return html`<button aria-pressed=${asked} @click=${() => this.go({ parts: [] })}>${capital(say("ask-whole-lot"))}</button>
       ${KINDS_OF_PARTS.map((kind) => {
-        const found = this.parts[kind];
-        found.ask(JSON.stringify([lot, from, to, this.revision]), () => this.source.statistics({ from, to }, kind));
-        const names = [...new Set([...(found.value?.parts ?? []).map(({ name }) => name), ...namesOf(parts, kind)])];
+        const names = [...new Set([...this.names(kind), ...namesOf(parts, kind)])];
         if (names.length < 2 && kind !== "row") return nothing;
         return html`<fieldset><legend>${say(`archive-by-${kind}`)}</legend>${names.map((name) => this.box(partName(kind, name), parts.includes(`${kind}.${name}`), () => this.go({ parts: switched(parts, `${kind}.${name}`) })))}</fieldset>`;
       })}`;

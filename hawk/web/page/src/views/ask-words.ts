@@ -1,7 +1,7 @@
 import type { AskedUse, Estimate } from "../api.ts";
 import type { Place } from "../route/place.ts";
 import { KINDS } from "../plan/values.ts";
-import { clockWords, dateLanguage } from "../words/clock.ts";
+import { clockWords, dateFormat, dateLanguage } from "../words/clock.ts";
 import { kindWords } from "../words/plan.ts";
 import { language, number, say, sentences } from "../words/say.ts";
 import { dayWords } from "./figures.ts";
@@ -112,7 +112,7 @@ export function behindWords(answer: AskedUse): string {
   const dates = answer.surveys.map(({ at }) => Date.parse(`${at.slice(0, 10)}T00:00Z`)).sort((one, other) => one - other);
   const [first, last] = [dates[0], dates.at(-1)];
   if (first === undefined || last === undefined) return "";
-  const range = new Intl.DateTimeFormat(dateLanguage(), { day: "numeric", month: "long", year: "numeric", timeZone: "UTC" }).formatRange(first, last);
+  const range = dateFormat(dateLanguage(), { day: "numeric", month: "long", year: "numeric", timeZone: "UTC" }).formatRange(first, last);
   const never = answer.asked.hours.filter((hour) => !answer.cells.some((cell) => cell.is_asked && cell.hour === hour && cell.days > 0));
   return sentences(
     say("ask-behind", { surveys: answer.occupancy.surveys, days: answer.days, dates: range, clock: clockWords(answer.clock) }),

@@ -4,7 +4,7 @@ import type { Changed, StateChange, SurveyUse, SurveysUse } from "../api.ts";
 import { icon } from "../ui/icons.ts";
 import { swatch } from "../ui/swatch.ts";
 import { language, say } from "../words/say.ts";
-import { became, byRow, headline, interval, notCompared } from "./compare-words.ts";
+import { became, byRow, headline, inOrder, interval, notCompared } from "./compare-words.ts";
 import { dayAndTime } from "./figures.ts";
 import "./survey-map.ts";
 import type { By, SideCard, SurveyMap } from "./survey-map.ts";
@@ -64,7 +64,7 @@ export class CompareView extends View {
     const of = (end: End): SurveyUse | undefined => (this.place[end] === "" ? undefined : this.named[end].value?.surveys.find(({ id }) => id === this.place[end]));
     const after = of("after") ?? (this.place.after === "" || this.isGone("after") ? counted.find(({ id }) => id !== this.place.before) : undefined);
     const before = of("before") ?? (this.place.before === "" || this.isGone("before") ? counted.find((row) => row.id !== after?.id && (after === undefined || row.at <= after.at)) : undefined);
-    if (!before || !after) return null;
+    if (!before || !after || before.id === after.id) return null;
     return Date.parse(before.at) <= Date.parse(after.at) ? { before, after } : { before: after, after: before };
   }
 
@@ -75,7 +75,7 @@ export class CompareView extends View {
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     const pair = this.shown;
     if (pair === null && this.isWaiting()) return html`<p>${say("archive-asking")}</p>`;
-    if (pair === null) return html`<p>${say("archive-two-needed")}</p>`;
+    if (pair === null) return html`<p>${say(this.place.before !== "" && this.place.before === this.place.after ? "compare-same" : "archive-two-needed")}</p>`;
     const ids = ENDS.map((end) => pair[end].id);
     if (ids.join() !== this.ids.join()) this.ids = ids;
     return html`<div class="lot compare">${this.shownMap(pair, value.clock)} ${this.about(pair, value)}
@@ -117,8 +117,16 @@ export class CompareView extends View {
     </section>`;
   }
 
+  /** Changes by the labels that the map shows: those of the later survey's time. */
+  private labelled(stalls: readonly StateChange[]): StateChange[] {
+    const { ids, stalls: shown } = this.maps.after.value ?? { ids: [], stalls: [] };
+    const labels = new Map(ids.map((id, k) => [id, shown[k]?.label]));
+    return stalls.map((each) => ({ ...each, label: labels.get(each.id) ?? each.label })).sort((one, other) => inOrder(one.label, other.label));
+  }
+
   private summary(found: Changed, level: number): TemplateResult {
-    const { free, compared, stalls } = found;
+    const { free, compared } = found;
+    const stalls = this.labelled(found.stalls);
     const row = (name: string, all: readonly StateChange[]): TemplateResult => html`<h3>${name === "" ? say("compare-row-none", { count: all.length }) : say("compare-row", { row: name, count: all.length })}</h3>
       <ul class="changed">${all.map((each) => this.change(each))}</ul>`;
     return html`<p class="large"><b>${headline(free)}</b> ${free.value === null ? nothing : say("compare-of", { stalls: compared })}</p>

@@ -43,12 +43,23 @@ function lone(key: "compare-new" | "compare-gone", stalls: readonly StallLabel[]
   return [say(key, { count: stalls.length, labels, rest: Math.max(0, stalls.length - NAMED) })];
 }
 
-/** Changes by row, as the drone lists them: in the order of their labels. */
-export function byRow(stalls: readonly StateChange[]): [string, StateChange[]][] {
-  const rows = new Map<string, StateChange[]>();
-  for (const stall of stalls) {
-    const row = partsOf(stall.label)?.row ?? "";
-    rows.set(row, [...(rows.get(row) ?? []), stall]);
+/** Whatever has a label, by row. */
+export function byRow<T extends { label: string }>(all: readonly T[]): [string, T[]][] {
+  const rows = new Map<string, T[]>();
+  for (const each of all) {
+    const row = partsOf(each.label)?.row ?? "";
+    rows.set(row, [...(rows.get(row) ?? []), each]);
   }
   return [...rows];
+}
+
+/** The order in which people count: AA after Z, 10 after 9. */
+export function inOrder(one: string, other: string): number {
+  const [[row, number], [otherRow, otherNumber]] = [orderOf(one), orderOf(other)];
+  return row.length - otherRow.length || (row < otherRow ? -1 : row > otherRow ? 1 : number - otherNumber);
+}
+
+function orderOf(label: string): [string, number] {
+  const parts = partsOf(label);
+  return parts ? [parts.row, parts.number] : [label, 0];
 }

@@ -1,5 +1,5 @@
 import type { Estimate } from "../api.ts";
-import { dateLanguage } from "../words/clock.ts";
+import { dateFormat, dateLanguage } from "../words/clock.ts";
 import { number, say } from "../words/say.ts";
 
 const NONE = "–";
@@ -10,15 +10,9 @@ export function share({ value, low, high }: Estimate): string {
   return say("archive-share", { value: number(100 * value, 1), low: number(100 * low, 1), high: number(100 * high, 1) });
 }
 
-/** A number of stalls, or of space-hours, with its interval. */
-export function amount({ value, low, high }: Estimate): string {
-  if (value === null || low === null || high === null) return NONE;
-  return say("archive-amount", { value: number(value), low: number(low), high: number(high) });
-}
-
 /** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
 export function onClock(time: string | number, zone?: string): number {
-  const parts = new Intl.DateTimeFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
+  const parts = dateFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
   const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
   return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
 }
@@ -36,7 +30,7 @@ export function moment(iso: string, zone?: string): string {
 
 /** A day in the order in which people of the language write it. */
 export function dayWords(clock: number, parts: Intl.DateTimeFormatOptions): string {
-  return new Date(clock).toLocaleDateString(dateLanguage(), { ...parts, timeZone: "UTC" }).replace(/^(\p{L}+\.?), /u, "$1 ");
+  return dateFormat(dateLanguage(), { ...parts, timeZone: "UTC" }).format(clock).replace(/^(\p{L}+\.?), /u, "$1 ");
 }
 
 /** The same for people: Mon 4 May, 10:02; with the year where it is another one than now. */

@@ -18,7 +18,7 @@ import { wordsOf } from "./view.ts";
 
 /** What the views show: the person's lots, or the lot of a link. */
 export interface LotAccess {
-  lots: readonly Pick<ListedLot, "id" | "name">[];
+  lots: readonly Pick<ListedLot, "id" | "time_zone">[];
   /** Token of a shared link; null with a login. */
   token: string | null;
   mayChange: boolean;
@@ -68,6 +68,7 @@ export class LotViews extends LitElement {
         @archive-changed=${() => this.renew()}
         @archive-said=${(event: CustomEvent<Notice>) => (this.notice = event.detail)}>
         <h1 class="unseen">${say(`view-${place.view}`)}</h1>
+        ${this.route.unread.length === 0 ? nothing : html`<p class="card" role="alert">${say("address-unread", { parts: this.route.unread.join(", ") })}</p>`}
         ${place.view === "lots" ? this.head(place) : nothing} ${this.content(place)}
       </div>
       <div class="notice no-print" role="status">${this.notice === null ? nothing : this.saying(this.notice)}</div>`;
@@ -91,7 +92,7 @@ export class LotViews extends LitElement {
     const { revision } = this;
     const { mayChange, token } = this.access;
     const isShared = token !== null;
-    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .sourceOf=${this.sourceOf}></archive-recordings>`;
+    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
     if (!isShared && place.lot === "") return html`<p>${say("archive-no-lot")}</p>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;

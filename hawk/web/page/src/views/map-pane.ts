@@ -35,7 +35,7 @@ export class MapPane {
     const address = `${API}/surveys/${source?.survey ?? ""}/ground`;
     const { place, tiles } = source?.ground ?? { place: { north: 0, east: 0, turn: 0 }, tiles: [] };
     const isShown = source?.ground && before?.ground && source.survey === before.survey; // a moment of a film follows another one
-    if (!isShown) map.showGround(({ row, column }) => `${address}/${row}/${column}`, place, tiles.map(([row, column]) => ({ row, column })));
+    if (!isShown) map.showGround({ address: ({ row, column }) => `${address}/${row}/${column}`, place, tiles: tiles.map(([row, column]) => ({ row, column })), whole: `${address}/whole` });
     const removed = (before?.stalls ?? []).map(({ id }) => id).filter((id) => !store.stalls.has(id));
     map.apply({ reset: false, stalls: [...store.stalls.keys()], removed, tiles: [], pictures: [] }, store);
     map.showLabels(source?.rows ?? []);

@@ -7,12 +7,14 @@ import { say } from "../words/say.ts";
 import "../replay/film-view.ts";
 import { moment } from "./figures.ts";
 import type { LotSource } from "./link.ts";
-import { Asked, View, wordsOf } from "./view.ts";
+import { asking, Asked, View, wordsOf } from "./view.ts";
 
 /** The recordings on the drone's disk: size, lot, length, mark, download, delete. */
 @customElement("archive-recordings")
 export class RecordingsView extends View {
   @property({ attribute: false }) sourceOf!: (lot: string) => LotSource;
+  /** The clock that the bar names: that of a recording over no lot, too. */
+  @property() zone: string | undefined;
   private readonly listed = new Asked<Recording[]>(this);
   private asked = "";
 
@@ -22,7 +24,7 @@ export class RecordingsView extends View {
 
   override render(): TemplateResult {
     const { value, problem } = this.listed;
-    if (this.place.recording !== "" && (value !== null || problem !== "")) return html`<archive-film .place=${this.place} .revision=${this.revision} .recordings=${value ?? []} .sourceOf=${this.sourceOf}></archive-film>`;
+    if (this.place.recording !== "" && (value !== null || problem !== "")) return html`<archive-film .place=${this.place} .revision=${this.revision} .recordings=${value ?? []} .zone=${this.zone} .sourceOf=${this.sourceOf}></archive-film>`;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p data-asking>${say("archive-asking")}</p>`;
     if (value.length === 0) return html`<p>${say("archive-no-recording")}</p>`;
@@ -34,30 +36,30 @@ export class RecordingsView extends View {
   }
 
   private row(row: Recording): TemplateResult {
-    const when = row.began === null ? row.name : moment(row.began, row.lot?.time_zone);
+    const when = row.began === null ? row.name : moment(row.began, row.lot?.time_zone ?? this.zone);
     return html`<tr><th scope="row">${row.under_way ? when : html`<button class="plain link" aria-label=${say("film-watch", { when })} @click=${() => this.go({ recording: row.name, t: "" })}>${when}</button>`}</th><td>${row.lot?.name ?? "–"}</td>
       <td>${row.seconds === null ? "–" : longDuration(row.seconds)}</td><td>${bytes(row.bytes)}</td>
       <td data-column=${say("archive-keep")}><input type="checkbox" .checked=${row.keep} ?disabled=${!this.mayChange} aria-label=${say("archive-keep-of", { when })} @change=${(event: Event) => void this.keep(row, (event.target as HTMLInputElement).checked)} /></td>
       <td>${row.under_way ? say("archive-under-way") : this.mayChange ? this.actions(row, when) : "–"}</td></tr>`;
   }
 
-  /** A recording that is gone does not come back: the button asks once more. */
+  /** A recording that is gone does not come back. */
   private actions(row: Recording, when: string): TemplateResult {
-    const isSure = this.asked === row.name;
+    const words = { ask: say("archive-delete"), sure: say("archive-delete-surely"), label: say("archive-delete-of", { when }), sureLabel: say("archive-delete-surely-of", { when }) };
     return html`<a href="${API}/recordings/${row.name}" download aria-label=${say("archive-download-of", { when })}>${say("archive-download")}</a>
-      <button class="small" aria-label=${say(isSure ? "archive-delete-surely-of" : "archive-delete-of", { when })} @click=${() => void this.delete(row)}>${say(isSure ? "archive-delete-surely" : "archive-delete")}</button>`;
+      ${asking(this.asked === row.name, words, (isAsked) => this.ask(isAsked ? row.name : ""), () => void this.delete(row))}`;
   }
 
   private async keep(row: Recording, wanted: boolean): Promise<void> {
     await this.change(post(`recordings/${row.name}/keep`, { keep: wanted }));
   }
 
+  private ask(name: string): void {
+    this.asked = name;
+    this.requestUpdate();
+  }
+
   private async delete(row: Recording): Promise<void> {
-    if (this.asked !== row.name) {
-      this.asked = row.name;
-      this.requestUpdate();
-      return;
-    }
     this.asked = "";
     await this.change(post(`recordings/${row.name}/delete`));
   }

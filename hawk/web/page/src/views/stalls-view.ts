@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { Observation, StallsUse, SurveysUse } from "../api.ts";
+import { rowMarks } from "../map/draw-labels.ts";
 import { css, HEAT } from "../map/stall-style.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { number, say } from "../words/say.ts";
@@ -74,14 +75,19 @@ function estimate(heat: StallsUse, at: number): { value: number | null; low: num
   return { value: heat.share[at] ?? null, low: heat.low[at] ?? null, high: heat.high[at] ?? null, surveys: heat.surveys[at] ?? 0 };
 }
 
-/** A survey whose stalls are coloured by the share of surveys that found them taken; unclear where none saw it. */
+/**
+ * A survey whose stalls are coloured by the share of surveys that found them taken; unclear where none saw it. Labels are
+ * those of the list, of the present plan.
+ */
 export function byShare(shown: SurveyOnMap, heat: StallsUse): SurveyOnMap {
-  const shares = new Map(heat.ids.map((id, k) => [id, heat.share[k] ?? null]));
+  const columns = new Map(heat.ids.map((id, k) => [id, k]));
   const stalls = shown.stalls.map((stall, k) => {
-    const value = shares.get(shown.ids[k] ?? "") ?? null;
-    return value === null ? { ...stall, state: "unknown" as const } : { ...stall, state: "free" as const, heat: heatClass(value) };
+    const column = columns.get(shown.ids[k] ?? "");
+    const value = column === undefined ? null : (heat.share[column] ?? null);
+    const label = column === undefined ? stall.label : (heat.labels[column] ?? stall.label);
+    return value === null ? { ...stall, label, state: "unknown" as const } : { ...stall, label, state: "free" as const, heat: heatClass(value) };
   });
-  return { ...shown, stalls };
+  return { ...shown, stalls, rows: rowMarks(stalls) };
 }
 
 /** The same answer for the same values: the map is not drawn again then. */

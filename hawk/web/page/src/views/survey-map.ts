@@ -109,7 +109,7 @@ export class SurveyMap extends LitElement {
         <div class="group">${this.tool(say("zoom-in"), "plus", () => this.panes[0]?.map.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.panes[0]?.map.zoom(1 / ZOOM))}</div>
         <div class="group">${this.tool(say("whole-lot"), "whole", () => this.showWhole())}</div>
       </div>
-      <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
+      <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.isPlanning ? nothing : this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
       ${shown.some((stall) => stall !== undefined) ? this.card(shown) : nothing}
     </section>`;
   }

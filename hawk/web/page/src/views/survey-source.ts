@@ -2,6 +2,7 @@ import type { AboutSurvey, SurveyGround } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
 import { type RowMark, rowMarks } from "../map/draw-labels.ts";
 import type { Rectangle } from "../map/geometry.ts";
+import type { Point } from "../protocol.ts";
 import type { CountedState, Stall } from "../state/map-store.ts";
 
 /** A survey as the drone's GeoJSON has it. */
@@ -59,20 +60,19 @@ function stallOf({ geometry, properties }: Feature, id: number, plane: LocalPlan
   const corners = ring.slice(0, 4).map(([longitude, latitude]) => plane.toMap({ Latitude: latitude, Longitude: longitude }));
   const taken = properties.taken_probability ?? null;
   const state = STATES.find((each) => each === properties.state) ?? "unknown";
-  return { id, ...rectangleOf(corners.map(({ North, East }) => [North, East])), state, taken, seen: null, lastSeen: null, label: properties.ref ?? properties.label ?? "" };
+  return { id, ...rectangleOf(corners), state, taken, seen: null, lastSeen: null, label: properties.ref ?? properties.label ?? "" };
 }
 
+const NOWHERE: Point = { North: 0, East: 0 };
 const STATES: readonly CountedState[] = ["free", "taken", "unknown"];
 
-/** The rectangle of four corners (north, east) in order around it. */
-function rectangleOf(corners: readonly (readonly [number, number])[]): Rectangle {
-  const at = (index: number): readonly [number, number] => corners[index % 4] ?? [0, 0];
-  const mean = (axis: 0 | 1): number => corners.reduce((sum, corner) => sum + corner[axis], 0) / Math.max(1, corners.length);
-  const side = (index: number): [number, number] => {
-    const [one, other, third, fourth] = [at(index), at(index + 1), at(index + 2), at(index + 3)];
-    return [(other[0] - one[0] + third[0] - fourth[0]) / 2, (other[1] - one[1] + third[1] - fourth[1]) / 2];
-  };
-  const [first, second] = [side(0), side(1)];
-  const [long, short] = Math.hypot(...first) >= Math.hypot(...second) ? [first, second] : [second, first];
-  return { north: mean(0), east: mean(1), angle: Math.atan2(long[1], long[0]), width: Math.hypot(...short), length: Math.hypot(...long) };
+/** The rectangle of four corners in order around it. */
+function rectangleOf(corners: readonly Point[]): Rectangle {
+  const [a = NOWHERE, b = a, c = a, d = a] = corners;
+  const [north, east] = [(a.North + b.North + c.North + d.North) / 4, (a.East + b.East + c.East + d.East) / 4];
+  const [up, right] = [(b.North - a.North + c.North - d.North) / 2, (b.East - a.East + c.East - d.East) / 2];
+  const [otherUp, otherRight] = [(c.North - b.North + d.North - a.North) / 2, (c.East - b.East + d.East - a.East) / 2];
+  const [side, other] = [Math.hypot(up, right), Math.hypot(otherUp, otherRight)];
+  const angle = side >= other ? Math.atan2(right, up) : Math.atan2(otherRight, otherUp);
+  return { north, east, angle, width: Math.min(side, other), length: Math.max(side, other) };
 }

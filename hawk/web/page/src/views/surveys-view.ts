@@ -3,18 +3,18 @@ import { customElement, property } from "lit/decorators.js";
 import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
-import { partsOf } from "../plan/values.ts";
 import type { Operator } from "../state/operator.ts";
 import "../ui/plan-panel.ts";
-import type { CountedState } from "../state/map-store.ts";
+import type { CountedState, Stall } from "../state/map-store.ts";
 import { language, number, say } from "../words/say.ts";
+import { byRow, inOrder } from "./compare-words.ts";
 import { moment, share } from "./figures.ts";
 import { type Period, recordingsOf } from "./link.ts";
 import "./changes-list.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import "./time-bar.ts";
-import { Asked, View, wordsOf } from "./view.ts";
+import { asking, Asked, View, wordsOf } from "./view.ts";
 
 /** The surveys of a lot by date, and one of them. */
 @customElement("archive-surveys")
@@ -163,18 +163,17 @@ export class SurveysView extends View {
       ${operator === null ? nothing : html`<button class="small" @click=${() => operator.editPlan(this.place.lot)}>${say("edit-plan")}</button>`}
       <button class="small" @click=${() => this.go({ show: "links" })}>${say("share-lot")}</button>
       <details class="files"><summary class="small">${say("export-survey")}</summary><span role="group" aria-label=${say("archive-files")}>${SURVEY_FILES.map((kind) => html`<a class="button" href="api/v1/surveys/${row.id}/files/${kind}" download>${kind}</a>`)}</span></details>
-      <button class="small" @click=${() => this.askDelete(row)}>${say(this.asked === row.id ? "archive-delete-survey-surely" : "archive-delete-survey")}</button>
+      ${asking(this.asked === row.id, { ask: say("archive-delete-survey"), sure: say("archive-delete-survey-surely") }, (isAsked) => this.askDelete(isAsked ? row.id : ""), () => void this.delete(row))}
     </p>`;
   }
 
-  /** Figures lose the survey: the button asks once more. */
-  private askDelete(row: SurveyUse): void {
-    if (this.asked === row.id) void this.delete(row);
-    this.asked = this.asked === row.id ? "" : row.id;
+  private askDelete(id: string): void {
+    this.asked = id;
     this.requestUpdate();
   }
 
   private async delete(row: SurveyUse): Promise<void> {
+    this.asked = "";
     try {
       const { seq } = await post<{ seq: number }>(`surveys/${row.id}/delete`);
       this.go({ survey: "" });
@@ -193,18 +192,14 @@ function named(column: "archive-free" | "archive-taken" | "archive-unknown" | "a
 
 /** Counts of each row, in the order in which people count. */
 function rows({ stalls }: SurveyOnMap): TemplateResult | typeof nothing {
-  const found = new Map<string, Record<CountedState, number>>();
-  for (const { label, state } of stalls) {
-    const row = partsOf(label)?.row ?? "";
-    const counts = found.get(row) ?? { free: 0, taken: 0, unknown: 0 };
-    if (state !== "suggested") counts[state] += 1;
-    found.set(row, counts);
-  }
-  if (found.size < 2) return nothing;
-  const order = [...found].sort(([one], [other]) => one.length - other.length || (one < other ? -1 : 1));
-  return html`<table class="rows"><thead><tr><th scope="col">${say("archive-row")}</th><th scope="col">${say("free")}</th><th scope="col">${say("taken")}</th><th scope="col">${say("unknown")}</th></tr></thead>
-    <tbody>${order.map(([row, { free, taken, unknown }]) => html`<tr><th scope="row">${row || "–"}</th><td>${number(free)}</td><td>${number(taken)}</td><td>${number(unknown)}</td></tr>`)}</tbody></table>`;
+  const found = byRow(stalls).sort(([one], [other]) => inOrder(one, other));
+  if (found.length < 2) return nothing;
+  const count = (all: readonly Stall[], of: CountedState): string => number(all.filter(({ state }) => state === of).length);
+  return html`<table class="rows"><thead><tr><th scope="col">${say("archive-row")}</th>${COUNTED.map((state) => html`<th scope="col">${say(state)}</th>`)}</tr></thead>
+    <tbody>${found.map(([row, all]) => html`<tr><th scope="row">${row || "–"}</th>${COUNTED.map((state) => html`<td>${count(all, state)}</td>`)}</tr>`)}</tbody></table>`;
 }
+
+const COUNTED: readonly CountedState[] = ["free", "taken", "unknown"];
 
 /** A survey that took longer than this, minutes, shows no moment: cars came and went meanwhile. */
 const LONG_MIN = 30;

@@ -1,4 +1,4 @@
-import { LitElement } from "lit";
+import { html, LitElement, type TemplateResult } from "lit";
 import { property } from "lit/decorators.js";
 import { Refused } from "../link/api.ts";
 import { say } from "../words/say.ts";
@@ -33,6 +33,9 @@ export class View extends LitElement {
   }
 }
 
+/** A question without an answer is asked again after so long. */
+const AGAIN_MS = 5000;
+
 /** An answer of the drone that a part shows: asked for again when its key is another one. */
 export class Asked<T> {
   value: T | null = null;
@@ -40,33 +43,59 @@ export class Asked<T> {
   /** The answer is still to come: what is here is that to an earlier question, or none. */
   waiting = false;
   private key: string | null = null;
+  private refused: Refused | null = null;
   private readonly host: LitElement;
 
   constructor(host: LitElement) {
     this.host = host;
   }
 
-  /** Asks when the key is a new one. What was shown stays until the answer is there. */
+  /** Asks when the key is a new one. The answer that was shown stays until another one is there. */
   ask(key: string, work: () => Promise<T>): void {
     if (key === this.key) return;
+    if (this.key !== null) this.problem = ""; // it was that of another question
     this.key = key;
     this.waiting = true;
     void work().then(
-      (value) => this.took(key, value, ""),
-      (error: unknown) => this.took(key, null, wordsOf(error)),
+      (value) => this.took(key, value, null),
+      (error: unknown) => this.took(key, null, error),
     );
   }
 
-  private took(key: string, value: T | null, problem: string): void {
+  /** What the drone refused: a field of the address; "" where none is. */
+  get field(): string {
+    return this.refused?.field ?? "";
+  }
+
+  private took(key: string, value: T | null, error: unknown): void {
     if (key !== this.key) return; // another one was asked for meanwhile
     this.waiting = false;
     this.value = value;
-    this.problem = problem;
+    this.refused = error instanceof Refused ? error : null;
+    this.problem = error === null ? "" : wordsOf(error);
+    if (this.refused?.isEndedLink === true) this.host.dispatchEvent(new CustomEvent("archive-ended", { detail: this.problem, bubbles: true }));
+    if (this.refused?.status === 0) this.askAgain(key);
     this.host.requestUpdate();
+  }
+
+  /** Without an answer the same is asked again by and by: nobody has to load the page again. */
+  private askAgain(key: string): void {
+    setTimeout(() => {
+      if (key !== this.key) return;
+      this.key = null;
+      if (this.host.isConnected) this.host.requestUpdate();
+    }, AGAIN_MS);
   }
 }
 
 export function wordsOf(error: unknown): string {
   if (!(error instanceof Refused) || error.status === 0) return say("archive-unanswered");
+  if (/^(row|zone|kind)$/.test(error.field)) return say("ask-part-gone");
   return /^(<|$)/.test(error.message) ? say("archive-refused", { status: error.status }) : error.message;
+}
+
+/** A button that asks before it acts. The harmless answer comes to stand under the finger: a double click does nothing. */
+export function asking(isAsked: boolean, words: { ask: string; sure: string; label?: string; sureLabel?: string }, ask: (isAsked: boolean) => void, act: () => void): TemplateResult {
+  const first = isAsked ? say("keep-it") : words.ask;
+  return html`<button class="small" aria-label=${isAsked ? first : (words.label ?? words.ask)} @click=${() => ask(!isAsked)}>${first}</button>${isAsked ? html` <button class="small danger" aria-label=${words.sureLabel ?? words.sure} @click=${act}>${words.sure}</button>` : ""}`;
 }

@@ -42,6 +42,7 @@ function neverConnected(view: View): Banner | null {
 
 function linkLost(view: View, heartbeat: Heartbeat): Banner {
   const silence = view.silence ?? 0;
+  if (view.welcome?.Desk) return { ...plain(say("desk-silent-title", { age: format.age(silence) }), say("desk-silent-text")), connect: true };
   const title = say("no-word-title", { age: format.age(silence) });
   const base = { ...plain(title, bySettings(view, heartbeat)), connect: true };
   const returns = returnAfter(view, heartbeat);

@@ -28,7 +28,7 @@ export function confirmWords(view: View, about: AskedCommand): ConfirmWords {
     case "Takeoff":
       return { question: takeoff(view), second: say("takeoff-meaning"), slide: say("takeoff-slide"), label: say("takeoff") };
     case "Autonomous Explore":
-      return { question: say("explore-question"), second: say("explore-meaning"), slide: say("explore-slide"), label: say("explore") };
+      return { ...explore(view), slide: say("explore-slide"), label: say("explore") };
     case "Return To Launch":
       return { question: say("home-question"), second: say("overrules"), slide: say("home-slide"), label: say("home") };
     case "Land":
@@ -43,6 +43,13 @@ export function confirmWords(view: View, about: AskedCommand): ConfirmWords {
     case "Resume":
       return { question: say("resume-question"), second: say("resume-meaning"), slide: say("resume-slide"), label: say("resume") };
   }
+}
+
+/** A known lot is flown again by a tour whose length is known. */
+function explore({ heartbeat, units }: View): Pick<ConfirmWords, "question" | "second"> {
+  const metres = heartbeat?.["Again Distance"] ?? null;
+  if (metres === null) return { question: say("explore-question"), second: say("explore-meaning") };
+  return { question: say("explore-again-question"), second: say("explore-again-meaning", { distance: format.distance(metres, units) }) };
 }
 
 function takeoff(view: View): string {

@@ -6,6 +6,8 @@ import { type LanguageName, LANGUAGES } from "./languages.ts";
 interface Speech {
   name: LanguageName;
   bundle: FluentBundle;
+  /** Messages that nobody has asked for, by their names: each is parsed when it is wanted first. */
+  unread: Map<string, string>;
   /** By the least and the largest number of decimals. */
   numbers: Map<string, Intl.NumberFormat>;
 }
@@ -81,11 +83,22 @@ function numberFormat(minimumFractionDigits: number, maximumFractionDigits: numb
 
 function speech(name: LanguageName, text: string): Speech {
   const bundle = new FluentBundle(name, { useIsolating: false, transform: LANGUAGES[name].typography });
-  for (const error of bundle.addResource(new FluentResource(text))) console.error(`messages of ${name}:`, error.message);
-  return { name, bundle, numbers: new Map() };
+  const unread = new Map(text.split(/\n(?=[\w-])/).map((message) => [/^[\w-]*/.exec(message)?.[0] ?? "", message]));
+  return { name, bundle, unread, numbers: new Map() };
 }
 
-function format({ name, bundle }: Speech, key: string, given: Record<string, string | number>): string | null {
+/** Parses a message that was not read, and those that it names. */
+function readMessage(speech: Speech, key: string): void {
+  const text = speech.unread.get(key);
+  if (text === undefined) return;
+  speech.unread.delete(key);
+  for (const error of speech.bundle.addResource(new FluentResource(text))) console.error(`messages of ${speech.name}:`, error.message);
+  for (const [, named = ""] of text.matchAll(/\{\s*(-?[a-z][\w-]*)/g)) readMessage(speech, named);
+}
+
+function format(speech: Speech, key: string, given: Record<string, string | number>): string | null {
+  const { name, bundle } = speech;
+  readMessage(speech, key);
   const pattern = bundle.getMessage(key)?.value;
   if (pattern == null) return null;
   const { grouping: useGrouping } = LANGUAGES[name];
