@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Floats, Grid, Mask, Window
-from hawk.algo.mapper.square_index import SquareIndex
+from hawk.algo.mapper.spatial_index import SpatialIndex
 from hawk.algo.vision import quads
 from hawk.model.lot_map import Stall, StallState
 
@@ -190,7 +190,7 @@ class Sight:
     version: int
 
 
-class Suggestions(SquareIndex[Suggestion]):
+class Suggestions(SpatialIndex[Suggestion]):
     """The places on which cars stand."""
 
     def look(self, sight: Sight, middle: tuple[float, float], reach: float, next_id: int) -> int:

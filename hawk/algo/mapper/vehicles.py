@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Floats
 from hawk.algo.mapper.evidence import transform_points
-from hawk.algo.mapper.square_index import SquareIndex
+from hawk.algo.mapper.spatial_index import SpatialIndex
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import Vehicle
 from hawk.model.vehicles import MapVehicle, VehicleKind
@@ -124,7 +124,7 @@ class VehicleLook:
     version: int
 
 
-class VehicleTracker(SquareIndex[TrackedVehicle]):
+class VehicleTracker(SpatialIndex[TrackedVehicle]):
     """The vehicles of a flight."""
 
     def look(self, sight: VehicleLook, middle: tuple[float, float], reach: float, next_id: int) -> int:

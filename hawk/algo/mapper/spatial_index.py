@@ -28,7 +28,7 @@ class Thing(Protocol):
 T = TypeVar("T", bound=Thing)
 
 
-class SquareIndex(Generic[T]):
+class SpatialIndex(Generic[T]):
     """Things by id and by square of ground."""
 
     def __init__(self) -> None:
