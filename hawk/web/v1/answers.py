@@ -146,7 +146,6 @@ def reader(
         given = request_of(request, query)
         known, packs = request.headers.get(hdrs.IF_NONE_MATCH, ""), accepts_gzip(request)
         place = hashlib.sha256(f"{given.base}{request.path_qs}".encode()).hexdigest()[:12]
-
         kept = request.app[KEPT]
 
         def tag_of(connection: Connection) -> str:
