@@ -66,7 +66,7 @@ export class TopBar extends LitElement {
     if (lots === null || lot === undefined) return nothing;
     const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", recording: "", t: "", parts: [] });
     const choice = html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
-    return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub">${about(lot, place)}</span></label>`;
+    return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub" title=${clockWords(lot.time_zone)}>${about(lot, place)}</span></label>`;
   }
 }
 
