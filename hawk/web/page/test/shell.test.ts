@@ -56,13 +56,13 @@ describe("the bar on every view", () => {
   });
 
   it("gives all times the clock of the lot that it names, and draws them again when that is another one", async () => {
-    const top = Object.assign((await bar(`#/fly/${OTHER}`)).top, { clocked: () => told.push(format.clock("2026-05-04T20:30:15Z"), format.day("2026-05-04T20:30:15Z")) });
-    const told: string[] = [];
+    const top = Object.assign((await bar(`#/fly/${OTHER}`)).top, { clocked: () => shown.push(format.clock("2026-05-04T20:30:15Z"), format.day("2026-05-04T20:30:15Z")) });
+    const shown: string[] = [];
     for (const time_zone of ["Asia/Tokyo", "America/Toronto", "America/Toronto"]) {
       top.lots = [{ ...ABOUT, id: LOT, name: "North" }, { ...ABOUT, id: OTHER, name: "South", time_zone }];
       await top.updateComplete;
     }
-    assert.deepEqual(told, ["05:30:15", "2026-05-05", "16:30:15", "2026-05-04"]);
+    assert.deepEqual(shown, ["05:30:15", "2026-05-05", "16:30:15", "2026-05-04"]);
     keepClock(undefined);
   });
 

@@ -22,6 +22,8 @@ const HOURS_PX = 90;
 const NAME_PX = 54;
 const TODAY_PX = 140;
 const MINUTE_MS = 60_000;
+/** What is due is asked again so often: a survey may have been flown since, or none for so long that it is due no more. */
+const DUE_MS = 5 * MINUTE_MS;
 
 /** The surveys of a lot as ticks by day and hour, each filled by the share that was taken. It asks for the days that it shows. */
 @customElement("hawk-time-bar")
@@ -91,7 +93,7 @@ export class TimeBar extends LitElement {
     const key = JSON.stringify([lot, period, revision]);
     this.listed.ask(key, () => source.surveys(period));
     this.deleted.ask(key, () => source.deleted(period));
-    this.due.ask(`${lot} ${revision}`, () => source.due());
+    this.due.ask(`${lot} ${revision} ${Math.floor(Date.now() / DUE_MS)}`, () => source.due());
     this.films.ask(lot, () => source.recordings());
   }
 
