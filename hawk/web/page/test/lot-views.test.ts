@@ -314,7 +314,7 @@ describe("lots over time", () => {
   it("compare what the bar chooses, the earlier one before, and never one with itself", async () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z"), survey(STALL, "2026-05-04T14:00:00Z")] };
     await open(`#/compare/${LOT}/${STALL}/${TWO}`);
-    assert.match(hash, new RegExp(`/${TWO}/${STALL}$`), "they were the wrong way round");
+    assert.match(hash, new RegExp(`/${TWO}/${STALL}$`), "they were in the wrong order");
     await press(label("Before"));
     const bar = archive.querySelector("hawk-time-bar")!;
     bar.dispatchEvent(new CustomEvent("survey", { detail: STALL }));
@@ -378,7 +378,7 @@ describe("lots over time", () => {
     assert.deepEqual(sent, [["api/v1/changes/5/undo", {}]]);
     answers["api/v1/surveys"] = { next: null, items: [{ id: ONE, ended: "2026-05-04T10:00:00Z" }] };
     await open(`#/lots/${LOT}`);
-    assert.match(words(archive), /Survey deleted \(2026-05-04 10:00\) *2026-05-05 10:00/, "one deleted survey is told from another");
+    assert.match(words(archive), /Survey deleted \(2026-05-04 10:00\) *2026-05-05 10:00/, "one deleted survey differs from another");
   });
 
   it("are shown by the lot's clock, as changes are, and by the moment of their observations, also across midnight", async () => {
