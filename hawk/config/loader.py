@@ -54,9 +54,10 @@ def load_config(
 
     ``overrides`` (section -> key -> value) come from the command line. Raises ConfigError naming file, line and key.
     """
-    text = ""
+    text, written = "", 0.0
     if path is not None:
         try:
+            written = path.stat().st_mtime
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
             raise ConfigError(f"{path}: cannot be read: {error}") from error
@@ -78,9 +79,12 @@ def load_config(
         if isinstance(given, dict) and given.get(key) in removed.holds_now:
             del given[key]
     try:
-        return Config.model_validate(values)
+        config = Config.model_validate(values)
     except ValidationError as error:
         raise ConfigError(_explain(error, path, text, variables)) from None
+    for entry in config.schedule:
+        entry.hold_since(written)
+    return config
 
 
 def variable_of(section: str, key: str) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any, Final, Literal
 from zoneinfo import ZoneInfo
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, model_validator
 from pydantic.fields import FieldInfo
 
 from hawk.config.fields import (
@@ -259,6 +259,16 @@ class ScheduledSurvey(Section):
     at: str = Field(pattern=r"^([01]\d|2[0-3]):[0-5]\d$")
     days: tuple[Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"], ...] = Field(default=DAYS, min_length=1)
     time_zone: ZoneName | None = None
+    _since: float = PrivateAttr(default=0.0)
+
+    @property
+    def since(self) -> float:
+        """Unix seconds from which on it is known that the entry holds: the newest change of its file."""
+        return self._since
+
+    def hold_since(self, at: float) -> None:
+        """Take the newest change of the file that the entry stands in, Unix seconds."""
+        self._since = at
 
     def clock(self) -> tzinfo:
         """Return the clock of ``at``: that of the time zone, without one the computer's."""

@@ -158,7 +158,8 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await expect(guest.get_by_role("main")).to_contain_text("5 more free of the 20 seen in both")
     await guest.get_by_role("slider").press("ArrowRight")
     assert await guest.get_by_role("button", name="Delete survey").count() == 0
-    await page.get_by_role("button", name="Take back").click()
+    for _ in ("asked", "done"):
+        await page.get_by_role("button", name="Take back").click()
     await expect(page.get_by_role("button", name="Take back")).to_have_count(0)  # then it is stored
     await guest.reload()
     await expect(guest.get_by_role("alert")).to_contain_text("This link has ended, or was taken back.")

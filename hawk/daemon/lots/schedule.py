@@ -42,10 +42,13 @@ class Flown:
 
 
 def moment_due(entry: ScheduledSurvey, now: datetime) -> datetime | None:
-    """Return the latest moment of an entry that has come and is not over; ``now`` is of the entry's clock."""
+    """Return the latest moment of an entry that has come and is not over; ``now`` is of the entry's clock.
+
+    A moment before the newest change of the settings is none: nobody knows whether a survey was due then.
+    """
     for days in (0, 1):
         moment = _moment_on(entry, now - timedelta(days=days))
-        if moment is not None and moment <= now < moment + LATE:
+        if moment is not None and moment <= now < moment + LATE and entry.since <= moment.timestamp():
             return moment
     return None
 
@@ -63,7 +66,7 @@ def moments_due(
 ) -> list[datetime]:  # fmt: skip
     """Return when surveys of a lot are due from now on, with those that have come, are not over, and are not flown.
 
-    Which surveys were due earlier is not known: the settings do not say since when they are so.
+    Which surveys were due earlier is not known: the settings do not say since when they are so (`moment_due`).
     """
     found = set()
     for entry in entries:

@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 import { deflateSync } from "node:zlib";
 import { discsOf, rowMarks } from "../src/map/draw-labels.ts";
 import { SOFT } from "../src/map/feather.ts";
-import { corners, covers, extentOf, scaleBar, turn } from "../src/map/geometry.ts";
+import { corners, covers, extentOf, roomBeside, scaleBar, turn } from "../src/map/geometry.ts";
 import { rgb } from "../src/map/palette.ts";
 import { classPixels, leaveOutUnseen, veilPixels } from "../src/map/tile-picture.ts";
 import { CELL, maskOf } from "../src/state/tile-data.ts";
@@ -37,6 +37,14 @@ describe("geometry", () => {
   it("turns in the shorter direction", () => {
     assert.ok(Math.abs(turn(3, -3, 1) - (2 * Math.PI - 3)) < 1e-9);
     assert.ok(Math.abs(turn(0.2, 0.4, 0.5) - 0.3) < 1e-9);
+  });
+
+  it("leaves room for the letters of rows, and for the tools on their side", () => {
+    const map = { left: 12, right: 378 };
+    assert.deepEqual(roomBeside(map), [28, 28]);
+    assert.deepEqual(roomBeside(map, { left: 326, right: 370 }), [80, 28]);
+    assert.deepEqual(roomBeside(map, { left: 20, right: 64 }), [28, 80]);
+    assert.deepEqual(roomBeside(map, { left: 400, right: 444 }), [28, 28], "those of another map");
   });
 
   it("has a round scale bar that fits", () => {

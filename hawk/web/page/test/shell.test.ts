@@ -5,6 +5,8 @@ import { Route } from "../src/route/route.ts";
 import { Guest } from "../src/shell/guest.ts";
 import { TopBar, viewsOf } from "../src/shell/top-bar.ts";
 import { LateViews } from "../src/shell/views.ts";
+import { keepClock } from "../src/words/clock.ts";
+import * as format from "../src/words/format.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { flying } from "./rig.ts";
@@ -51,6 +53,17 @@ describe("the bar on every view", () => {
     assert.deepEqual(viewsOf(true, false), ["fly", "lots", "compare", "report", "recordings"]);
     assert.deepEqual(viewsOf(false, false), ["fly", "recordings"]);
     assert.deepEqual(viewsOf(false, true), ["recordings"]);
+  });
+
+  it("gives all times the clock of the lot that it names, and draws them again when that is another one", async () => {
+    const top = Object.assign((await bar(`#/fly/${OTHER}`)).top, { clocked: () => shown.push(format.clock("2026-05-04T20:30:15Z"), format.day("2026-05-04T20:30:15Z")) });
+    const shown: string[] = [];
+    for (const time_zone of ["Asia/Tokyo", "America/Toronto", "America/Toronto"]) {
+      top.lots = [{ ...ABOUT, id: LOT, name: "North" }, { ...ABOUT, id: OTHER, name: "South", time_zone }];
+      await top.updateComplete;
+    }
+    assert.deepEqual(shown, ["05:30:15", "2026-05-05", "16:30:15", "2026-05-04"]);
+    keepClock(undefined);
   });
 
   it("speaks French", async () => {

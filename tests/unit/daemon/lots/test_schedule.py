@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -134,6 +135,21 @@ def test_what_is_due_is_what_comes_and_what_has_come_and_is_not_flown() -> None:
     assert due(now - timedelta(minutes=20)) == ["04 15", "05 10", "06 10"]
     assert due(None) == due(now - timedelta(days=1))
     assert moments_due(entries, "X", "Y", None, now.timestamp(), 2) == []
+
+
+@pytest.mark.parametrize(("written", "is_due"), [(timedelta(minutes=-1), True), (timedelta(minutes=1), False)])
+def test_what_came_before_the_newest_change_of_the_settings_was_not_due(
+    tmp_path: Path, written: timedelta, *, is_due: bool
+) -> None:
+    path = tmp_path / "config.toml"
+    path.write_text('[[schedule]]\nlot = "Lot 1"\nat = "10:30"\ntime_zone = "UTC"\n')
+    moment = datetime(2026, 5, 4, 10, 30, tzinfo=UTC)
+    os.utime(path, times=((moment + written).timestamp(),) * 2)
+    entries = load_config(path, environment={}).schedule
+    later = moment + timedelta(minutes=5)
+    assert moment_due(entries[0], later) == (moment if is_due else None)
+    found = moments_due(entries, "ID", "Lot 1", None, later.timestamp(), 1)
+    assert found == [moment, moment + timedelta(days=1)][0 if is_due else 1 :]
 
 
 GOOD = '[[schedule]]\nlot = "North"\nat = "10:30"\n\n[[schedule]]\nlot = "South"\nat = "18:00"\ndays = ["sat"]\n'

@@ -92,6 +92,18 @@ export function onScreen(sight: Sight, [west, south, east, north]: Extent): Exte
   return extentOf(shown.map((corner) => toPixel(sight, corner))) ?? [0, 0, 0, 0];
 }
 
+/** Room beside what is shown as a whole, where the letters of rows stand, pixels. */
+const BESIDE_PX = 28;
+
+/** Room right and left of what is shown as a whole, clear of the tools at one of the map's edges. Pixels. */
+export function roomBeside(map: Sides, tools: Sides = map): [number, number] {
+  const [left, right] = [Math.max(0, tools.right - map.left), Math.max(0, map.right - tools.left)];
+  return left === right ? [BESIDE_PX, BESIDE_PX] : [BESIDE_PX + (right < left ? right : 0), BESIDE_PX + (left < right ? left : 0)];
+}
+
+/** Edges of an element on the page, pixels. */
+type Sides = Pick<DOMRect, "left" | "right">;
+
 /** Where a card stands for a place on the screen: beside it, or `below`, and wholly within the map's element. Pixels. */
 export function cardPlace(pixel: readonly [number, number], card: HTMLElement, within: HTMLElement, below = false): Coordinate {
   const { offsetWidth: width, offsetHeight: height } = card;

@@ -11,7 +11,7 @@ import { Background } from "./background.ts";
 import { drawScene } from "./draw-scene.ts";
 import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
-import { corners, covers, type Extent, extentOf, onScreen, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
+import { corners, covers, type Extent, extentOf, onScreen, roomBeside, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
 import { GroundLayer } from "./ground-layer.ts";
 import { type Arrived, type Ground, GroundTiles } from "./ground-tiles.ts";
@@ -49,9 +49,6 @@ const LEAST_FILLED = 0.7;
 const HIT_PX = 2;
 /** A hand shakes by so much while it clicks. */
 const MOVE_TOLERANCE_PX = 3;
-/** Room left and right of what is brought into view, and of what is shown as large as it goes. */
-const BESIDE_PX = 68;
-const WIDE_PX = 84;
 const LEAST_TURN_RAD = 0.005;
 /** Keys that move or zoom the map. */
 const MOVING = /^([+-]|Arrow.*)$/;
@@ -211,9 +208,14 @@ export class LotMap {
     const size = this.map.getSize();
     if (!this.wanted || !size?.[0] || !size[1]) return;
     const inView = covers([0, 0, size[0], size[1]], onScreen(this.sight, this.wanted));
-    const beside = always ? Math.min(WIDE_PX, 0.15 * size[0]) : BESIDE_PX;
-    if (always || !inView) this.view.fit(this.wanted, { padding: [76, beside, 60, beside], size });
+    const [right, left] = this.beside;
+    if (always || !inView) this.view.fit(this.wanted, { padding: [76, right, 60, left], size });
     this.wanted = null;
+  }
+
+  /** Right and left room of what is brought into view: nothing of it lies under the tools. */
+  private get beside(): [number, number] {
+    return roomBeside(this.element.getBoundingClientRect(), this.element.parentElement?.querySelector(".tools")?.getBoundingClientRect());
   }
 
   /** Shows the ground of a stored survey in place of the live one. */
@@ -431,7 +433,8 @@ export class LotMap {
     const whole = this.whole();
     const size = this.map.getSize();
     if (!whole || !size?.[0] || !size[1]) return;
-    const padding = size[1] < 300 ? [12, 60, 12, 60] : [this.above, 68, 52, 68];
+    const [right, left] = this.beside;
+    const padding = size[1] < 300 ? [12, 60, 12, 60] : [this.above, right, 52, left];
     this.view.fit(whole, { padding, minResolution: 0.05, size });
   }
 

@@ -2,7 +2,7 @@ import type { Film, FilmMessage } from "../api.ts";
 import type { DroneMark } from "../map/flight-scene.ts";
 import { turn } from "../map/geometry.ts";
 import type { Point } from "../protocol.ts";
-import { onClock } from "../views/figures.ts";
+import { onClock } from "../words/clock.ts";
 import { stateTitle } from "../words/glance.ts";
 import { say } from "../words/say.ts";
 

@@ -6,7 +6,7 @@ import type { Route } from "../route/route.ts";
 import type { LanguageChoice } from "../state/preferences.ts";
 import { icon } from "../ui/icons.ts";
 import { type LanguageName, LANGUAGES } from "../words/languages.ts";
-import { clockWords, timeOnClock } from "../words/clock.ts";
+import { clockWords, keepClock, timeOnClock } from "../words/clock.ts";
 import { language, say } from "../words/say.ts";
 
 /** What the bar says of the drone, with the view that a press on it leads to. */
@@ -32,8 +32,19 @@ export class TopBar extends LitElement {
   @property() spoken = "";
   @property({ attribute: false }) speak: (choice: LanguageChoice) => void = () => undefined;
 
+  /** All parts write their times by another clock now. */
+  @property({ attribute: false }) clocked: () => void = () => undefined;
+
   protected override createRenderRoot(): HTMLElement {
     return this;
+  }
+
+  override willUpdate(): void {
+    if (keepClock(this.lot?.time_zone)) this.clocked();
+  }
+
+  private get lot(): BarLot | undefined {
+    return this.lots?.find(({ id }) => id === this.place.lot) ?? this.lots?.[0];
   }
 
   override render(): TemplateResult {
@@ -49,15 +60,13 @@ export class TopBar extends LitElement {
     </header>`;
   }
 
-
   /** The lot, with its surveys and whose clock it is: every time of these views is by that. */
   private picker(): TemplateResult | typeof nothing {
-    const { lots, place } = this;
-    const lot = lots?.find(({ id }) => id === place.lot) ?? lots?.[0];
+    const { lot, lots, place } = this;
     if (lots === null || lot === undefined) return nothing;
     const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", recording: "", t: "", parts: [] });
     const choice = html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
-    return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub">${about(lot, place)}</span></label>`;
+    return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub" title=${clockWords(lot.time_zone)}>${about(lot, place)}</span></label>`;
   }
 }
 

@@ -125,7 +125,7 @@ export class App extends LitElement {
     const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
       ${this.line(view, isDesk)}
-      <hawk-top .route=${this.route} .place=${this.route.place} .views=${viewsOf(!this.isAlone, isDesk)} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })}></hawk-top>
+      <hawk-top .route=${this.route} .place=${this.route.place} .views=${viewsOf(!this.isAlone, isDesk)} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })} .clocked=${() => model.dispatchEvent(new Event("change"))}></hawk-top>
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
       ${flies || !isAway ? html`<div class="strips">
             <hawk-banner .model=${model}></hawk-banner>

@@ -1,5 +1,5 @@
 import type { Estimate } from "../api.ts";
-import { dateFormat, dateLanguage } from "../words/clock.ts";
+import { dateFormat, dateLanguage, onClock } from "../words/clock.ts";
 import { number, say } from "../words/say.ts";
 
 const NONE = "–";
@@ -10,19 +10,12 @@ export function share({ value, low, high }: Estimate): string {
   return say("archive-share", { value: number(100 * value, 1), low: number(100 * low, 1), high: number(100 * high, 1) });
 }
 
-/** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone the browser's. */
-export function onClock(time: string | number, zone?: string): number {
-  const parts = dateFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
-  const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
-  return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
-}
-
 /** Hours and minutes of a clock's time, as 10:02. */
 export function timeWords(clock: number): string {
   return new Date(clock).toISOString().slice(11, 16);
 }
 
-/** Day and time on the clock of a lot: 2026-05-04 10:30; without a time zone on the browser's. */
+/** Day and time on the clock of a lot: 2026-05-04 10:30; without a time zone on the page's. */
 export function moment(iso: string, zone?: string): string {
   if (Number.isNaN(Date.parse(iso))) return NONE;
   return new Date(onClock(iso, zone)).toISOString().slice(0, 16).replace("T", " ");

@@ -39,7 +39,7 @@ export class LotSource {
   /** In which all surveys of the lot are shown: place and zoom stay when one follows another. */
   private plane: LocalPlane | null = null;
 
-  constructor(base: string, now: () => number = Date.now) {
+  constructor(base: string, now = (): number => Date.now()) {
     this.base = `${API}/${base}`;
     this.isShared = base.startsWith("shared/");
     this.now = now;

@@ -4,7 +4,7 @@ import type { ListedLink, SurveysUse } from "../api.ts";
 import { API, post, read } from "../link/api.ts";
 import { say } from "../words/say.ts";
 import { moment } from "./figures.ts";
-import { Asked, View, wordsOf } from "./view.ts";
+import { asking, Asked, View, wordsOf } from "./view.ts";
 
 const STANDARD_DAYS = 30;
 
@@ -12,6 +12,8 @@ const STANDARD_DAYS = 30;
 @customElement("archive-links")
 export class LinksView extends View {
   @state() private made: { address: string; ends: string } | null = null;
+  /** The link that is to be taken back if a person says so again. */
+  @state() private asked = "";
   private readonly listed = new Asked<{ shares: ListedLink[] }>(this);
 
   private readonly surveys = new Asked<SurveysUse>(this);
@@ -44,7 +46,7 @@ export class LinksView extends View {
 
   private row(row: ListedLink): TemplateResult {
     const words = say(row.open ? "archive-link-open" : "archive-link-shut", { made: this.day(row.made), ends: this.day(row.ends) });
-    return html`<li>${words} ${row.open && this.mayChange ? html`<button class="small" @click=${() => void this.takeBack(row)}>${say("archive-take-back")}</button>` : nothing}</li>`;
+    return html`<li>${words} ${row.open && this.mayChange ? asking(row.id === this.asked, { ask: say("archive-take-back"), sure: say("archive-take-back") }, (isAsked) => (this.asked = isAsked ? row.id : ""), () => void this.takeBack(row)) : nothing}</li>`;
   }
 
   private async make(event: SubmitEvent): Promise<void> {
@@ -60,6 +62,7 @@ export class LinksView extends View {
   }
 
   private async takeBack(row: ListedLink): Promise<void> {
+    this.asked = "";
     try {
       await post(`shares/${row.id}/take-back`);
       this.made = null;

@@ -1,5 +1,6 @@
 import type { SurveyUse } from "../api.ts";
-import { onClock, timeWords } from "./figures.ts";
+import { onClock } from "../words/clock.ts";
+import { timeWords } from "./figures.ts";
 
 export const SPANS = ["day", "week", "month"] as const;
 export type Span = (typeof SPANS)[number];

@@ -5,9 +5,10 @@ import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { icon } from "../ui/icons.ts";
+import { onClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { dayWords, onClock, share, timeWords } from "./figures.ts";
+import { dayWords, share, timeWords } from "./figures.ts";
 import { type DeletedSurvey, type LotSource, type Period, recordingsOf } from "./link.ts";
 import { type Caption, type Day, DAY_MS, dayOf, daysOf, fitting, HOUR_MS, type Hours, hoursOf, isOn, leftOf, midnightsOf, type Span, SPANS, type Tick } from "./time-bar-days.ts";
 import { Asked } from "./view.ts";
@@ -21,6 +22,8 @@ const HOURS_PX = 90;
 const NAME_PX = 54;
 const TODAY_PX = 140;
 const MINUTE_MS = 60_000;
+/** What is due is asked again so often: a survey may have been flown since, or none for so long that it is due no more. */
+const DUE_MS = 5 * MINUTE_MS;
 
 /** The surveys of a lot as ticks by day and hour, each filled by the share that was taken. It asks for the days that it shows. */
 @customElement("hawk-time-bar")
@@ -90,7 +93,7 @@ export class TimeBar extends LitElement {
     const key = JSON.stringify([lot, period, revision]);
     this.listed.ask(key, () => source.surveys(period));
     this.deleted.ask(key, () => source.deleted(period));
-    this.due.ask(`${lot} ${revision}`, () => source.due());
+    this.due.ask(`${lot} ${revision} ${Math.floor(Date.now() / DUE_MS)}`, () => source.due());
     this.films.ask(lot, () => source.recordings());
   }
 

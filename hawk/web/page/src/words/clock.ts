@@ -25,6 +25,23 @@ export function timeOnClock(iso: string, zone: string, options: Intl.DateTimeFor
   return dateFormat(dateLanguage(), { ...options, timeZone: zone }).format(new Date(iso));
 }
 
+/** Time zone of the lot that the bar names, whose clock all times are by; undefined: no lot is known, and it is the browser's. */
+let pageZone: string | undefined;
+
+/** From now on times are by this clock where none is named. Returns whether it is another one than before. */
+export function keepClock(zone: string | undefined): boolean {
+  const isOther = zone !== pageZone;
+  pageZone = zone;
+  return isOther;
+}
+
+/** What a clock shows at a time, as if it were UTC, milliseconds; without a time zone that of the page. */
+export function onClock(time: string | number, zone = pageZone): number {
+  const parts = dateFormat("en", { ...(zone === undefined ? {} : { timeZone: zone }), hourCycle: "h23", year: "numeric", month: "numeric", day: "numeric", hour: "numeric", minute: "numeric", second: "numeric" }).formatToParts(new Date(time));
+  const of = (type: string): number => Number(parts.find((part) => part.type === type)?.value ?? 0);
+  return Date.UTC(of("year"), of("month") - 1, of("day"), of("hour"), of("minute"), of("second"));
+}
+
 /** Names of all clocks that the browser knows. */
 export function clockNames(): string[] {
   return [...new Set(["UTC", ...Intl.supportedValuesOf("timeZone")])];

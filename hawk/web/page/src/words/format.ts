@@ -1,3 +1,4 @@
+import { onClock } from "./clock.ts";
 import { number, say } from "./say.ts";
 import { SCALES, type Units } from "./units.ts";
 
@@ -92,18 +93,18 @@ export function bytes(size: number): string {
   return say("file-size", { unit: units[power - 1] ?? "GB", value: number(value, value < 10 ? 1 : 0) });
 }
 
-/** Time of day where this page is, from UTC in ISO 8601 or milliseconds. */
+/** Time of day on the page's clock, from UTC in ISO 8601 or milliseconds. */
 export function clock(time: string | number): string {
-  const date = new Date(time);
-  if (Number.isNaN(date.getTime())) return NONE;
-  return [date.getHours(), date.getMinutes(), date.getSeconds()].map((part) => String(part).padStart(2, "0")).join(":");
+  return onPageClock(time)?.slice(11, 19) ?? NONE;
 }
 
-/** Day where this page is, from UTC in ISO 8601: 2026-05-04. */
+/** Day on the page's clock, from UTC in ISO 8601: 2026-05-04. */
 export function day(time: string): string {
-  const date = new Date(time);
-  if (Number.isNaN(date.getTime())) return NONE;
-  return [date.getFullYear(), date.getMonth() + 1, date.getDate()].map((part) => String(part).padStart(2, "0")).join("-");
+  return onPageClock(time)?.slice(0, 10) ?? NONE;
+}
+
+function onPageClock(time: string | number): string | null {
+  return Number.isNaN(new Date(time).getTime()) ? null : new Date(onClock(time)).toISOString();
 }
 
 /** Degrees with five decimals (about a metre) and their hemisphere. */
