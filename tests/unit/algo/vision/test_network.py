@@ -18,7 +18,9 @@ from hawk.algo.vision.network_file import VisionModelError, packaged_weights
 from hawk.algo.vision.rectify import Rectifier, ground_homography
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import MapPose
-from training.scenes import Scene, SceneStall, draw_scene
+from hawk.worlds.generate import plan_lot_site
+from hawk.worlds.plan import SitePlan
+from training.scenes import SITES, Scene, SceneStall, draw_scene
 
 DATA = Path(__file__).parent / "data"
 NORTH_UP = np.array([[0.0, -0.1, 0.0], [0.1, 0.0, 0.0]])
@@ -32,7 +34,11 @@ def network() -> StallNetwork:
 @pytest.fixture(scope="module")
 def lot() -> Scene:
     """A drawn lot, 38 x 29 m: 20 stalls, free and taken, wholly in sight, on ground that the shipped weights know."""
-    scenes = (draw_scene(np.random.default_rng((503, k)), (288, 384)) for k in range(100))
+
+    def usual(rng: np.random.Generator) -> SitePlan:
+        return plan_lot_site(rng, (0.0, 0.0), SITES[0])
+
+    scenes = (draw_scene(np.random.default_rng((503, k)), (288, 384), plan_site=usual) for k in range(100))
     return next(scene for scene in scenes if len(whole(scene)) >= 20 and 4 <= sum(s.taken for s in whole(scene)) <= 16)
 
 
