@@ -9,11 +9,12 @@ import numpy as np
 import shapely
 
 from hawk.worlds.generate import SiteSize, darkened, empty_plan, fill_lots, outlines, plan_sections, sides_of
-from hawk.worlds.plan import Axes, Block, Post, SitePlan, Surface
+from hawk.worlds.plan import Axes, Block, Post, SitePlan
 from hawk.worlds.scene.canvas import Points
 from hawk.worlds.scene.materials import Material, grey, sample_material
 from hawk.worlds.scene.surroundings import plan_side
 from hawk.worlds.style import LotStyle, sample_palette, sample_style
+from training.sites import wall_in
 
 _PANEL_M: Final = ((2.2, 9.0), (4.0, 16.0))
 """Sides of the panels."""
@@ -51,12 +52,7 @@ def _surface(plan: SitePlan, rng: np.random.Generator, lots: list[Points]) -> No
         ground = replace(ground, colour=grey(rng, *_BRIGHT))
     plan.asphalt = darkened(ground, _BRIGHT[1])
     plan.palette = sample_palette(rng, float(np.mean(plan.asphalt.colour)))
-    shade, reach = rng.uniform(0.35, 0.8), rng.uniform(-9, 9, 2)
-    wall = Material("concrete", grey(rng, 90, 240), 0.02, 0.02, 0.02)
-    for outline in lots:
-        plan.change(outline + reach, shade, soften=0.2)
-        area = np.asarray(shapely.Polygon(outline).buffer(_PARAPET_M, join_style="mitre").exterior.coords)[:-1]
-        plan.add_surface(Surface(area, wall))
+    wall_in(plan, rng, lots)
 
 
 def _things(plan: SitePlan, rng: np.random.Generator, lots: list[Points], style: LotStyle) -> None:

@@ -99,6 +99,11 @@ def _raise_deck(plan: SitePlan, rng: np.random.Generator, lots: list[Points]) ->
     """Put a lot on a roof: a parapet around it, and its shade on the ground below."""
     plan.asphalt = darkened(sample_material(rng, "concrete" if rng.random() < 0.7 else "roof"), 182)
     plan.palette = sample_palette(rng, float(np.mean(plan.asphalt.colour)))
+    wall_in(plan, rng, lots)
+
+
+def wall_in(plan: SitePlan, rng: np.random.Generator, lots: list[Points]) -> None:
+    """Put a parapet around lots on a roof, and the shade that they throw on the ground below."""
     wall = grey(rng, 90, 240)
     shade, reach = rng.uniform(0.35, 0.8), rng.uniform(-9, 9, 2)
     for outline in lots:

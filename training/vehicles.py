@@ -15,14 +15,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from benchmarks.cars.eyes import SeenVehicles, maps_of
+from benchmarks.cars.eyes import SeenVehicles, corners_of, vehicles_in
 from benchmarks.cars.measures import judged
 from benchmarks.cars.scenes import CarScene, read_regions
 from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import StallNetwork
-from hawk.algo.vision.vehicles import log_odds_of, vehicles_of
-from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M
+from hawk.algo.vision.vehicles import log_odds_of
 from training.rows import logistic
 
 
@@ -51,11 +50,8 @@ def scored(scene: CarScene, network: StallNetwork) -> Judged:
 
     Raises ValueError for a network that knows none.
     """
-    maps = maps_of(network, scene).vehicles
-    if maps is None:
-        raise ValueError("--model: the network says nothing of vehicles; name one that does")
-    boxes = vehicles_of(maps, CELL_M).boxes
-    return judged(SeenVehicles(boxes.corners() * CELL_M + GROUND_M / 2, boxes.score), scene)
+    found = vehicles_in(network, scene)
+    return judged(SeenVehicles(corners_of(found), found.boxes.score), scene)
 
 
 def fit(parts: Sequence[Judged]) -> FloatArray:

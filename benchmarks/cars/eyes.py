@@ -13,7 +13,7 @@ from hawk.algo.mapper.suggestions import car_boxes
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import NetworkMaps, StallNetwork
-from hawk.algo.vision.vehicles import vehicles_of
+from hawk.algo.vision.vehicles import Vehicles, vehicles_of
 from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M, resized
 
 LEAST_PROBABILITY: Final = 0.5
@@ -41,6 +41,19 @@ def maps_of(network: StallNetwork, scene: CarScene) -> NetworkMaps:
     return network.run(resized(scene.image, factor, factor))
 
 
+def vehicles_in(network: StallNetwork, scene: CarScene) -> Vehicles:
+    """Return the network's vehicles in a picture, in cells. Raises ValueError for a network that knows none."""
+    maps = maps_of(network, scene).vehicles
+    if maps is None:
+        raise ValueError("--model: the network says nothing of vehicles; name one that does")
+    return vehicles_of(maps, CELL_M)
+
+
+def corners_of(found: Vehicles) -> FloatArray:
+    """Return the corners (N, 4, 2) of vehicles, metres from the picture's upper left corner."""
+    return np.asarray(found.boxes.corners() * CELL_M + GROUND_M / 2)
+
+
 class VehicleEye:
     """The vehicles of the network."""
 
@@ -49,11 +62,8 @@ class VehicleEye:
 
     def find(self, scene: CarScene) -> SeenVehicles:
         """Return the vehicles of a picture. Raises ValueError for a network that knows none."""
-        maps = maps_of(self._network, scene).vehicles
-        if maps is None:
-            raise ValueError("the network says nothing of vehicles; name another --model")
-        found = vehicles_of(maps, CELL_M)
-        return SeenVehicles(found.boxes.corners() * CELL_M + GROUND_M / 2, found.probability)
+        found = vehicles_in(self._network, scene)
+        return SeenVehicles(corners_of(found), found.probability)
 
 
 class ChannelEye:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
@@ -188,8 +188,3 @@ def _values(tally: CarTally) -> dict[str, float | None]:
         values["sections exact"] = float((said == true).mean())
         values["total of sections over true"] = share(float(said.sum()), float(true.sum()))
     return values
-
-
-def pooled(eye: CarEye, scenes: Iterable[CarScene], sections: Sequence[LotSection] = ()) -> dict[str, CarTally]:
-    """Return the counts of each picture by its name."""
-    return {scene.name: measure(eye, scene, sections) for scene in scenes}

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from benchmarks.cars.labels import HAND_LABELS, VehicleTruth, read_truth
 from benchmarks.perception.boxes import Boxes
-from benchmarks.perception.places import TILE_METRES_PER_PIXEL, missing_ground, read_picture, read_shapes
+from benchmarks.perception.places import TILE_METRES_PER_PIXEL, averaged, missing_ground, read_picture, read_shapes
 from hawk.algo.vision.detection import FloatArray
 
 CROSSING_METRES_PER_PIXEL: Final = 0.058
@@ -75,11 +75,7 @@ def at_metres(scene: CarScene, metres: float) -> CarScene | None:
     """Return a scene with pixels of this many metres, averaged; None where its own are as coarse."""
     if scene.metres_per_pixel >= metres:
         return None
-    factor = scene.metres_per_pixel / metres
-    image = np.asarray(cv2.resize(scene.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), np.uint8)
-    missing = scene.missing
-    if missing is not None:
-        missing = cv2.resize(missing.astype(np.uint8), image.shape[1::-1], interpolation=cv2.INTER_NEAREST) > 0
+    image, missing = averaged(scene.image, scene.missing, scene.metres_per_pixel / metres)
     return replace(scene, image=image, metres_per_pixel=metres, missing=missing)
 
 

@@ -89,13 +89,19 @@ def coarser(place: Place, metres: float) -> Place:
     """
     if place.metres_per_pixel >= metres:
         return place
-    factor = place.metres_per_pixel / metres
-    image = np.asarray(cv2.resize(place.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), np.uint8)
-    missing = None
-    if place.missing is not None:
-        size = (image.shape[1], image.shape[0])
-        missing = cv2.resize(place.missing.astype(np.uint8), size, interpolation=cv2.INTER_NEAREST) > 0
+    image, missing = averaged(place.image, place.missing, place.metres_per_pixel / metres)
     return replace(place, image=image, metres_per_pixel=metres, missing=missing)
+
+
+def averaged(
+    image: NDArray[np.uint8], missing: NDArray[np.bool_] | None, factor: float
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_] | None]:
+    """Return a picture smaller by a factor, averaged, and its pixels without a picture."""
+    small = np.asarray(cv2.resize(image, None, fx=factor, fy=factor, interpolation=cv2.INTER_AREA), np.uint8)
+    if missing is None:
+        return small, None
+    shown = cv2.resize(missing.astype(np.uint8), small.shape[1::-1], interpolation=cv2.INTER_NEAREST)
+    return small, np.asarray(shown > 0)
 
 
 def read_picture(path: Path) -> NDArray[np.uint8]:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
-
-import numpy as np
-from numpy.typing import NDArray
 
 
 class VehicleKind(StrEnum):
@@ -40,12 +36,3 @@ class MapVehicle:
     stood_s: float
     last_seen: float
     version: int
-
-    def corners(self) -> NDArray[np.float64]:
-        """Return the four corners, (4, 2) of (north, east) metres, a short side first."""
-        along = np.array([math.cos(self.angle), math.sin(self.angle)]) * self.length / 2
-        across = np.array([-math.sin(self.angle), math.cos(self.angle)]) * self.width / 2
-        centre = np.array([self.north, self.east])
-        return np.array(
-            [centre - along - across, centre - along + across, centre + along + across, centre + along - across]
-        )

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hawk.algo.ground import Floats, Grid, Mask, Window
-from hawk.algo.mapper.spatial_index import SpatialIndex
+from hawk.algo.mapper.spatial_index import InPicture, SpatialIndex, nearest_pairs, whole_in
 from hawk.algo.vision import quads
 from hawk.model.lot_map import Stall, StallState
 
@@ -115,7 +115,6 @@ CarAt = Callable[[Floats], Floats]
 """Takes places (N, 2) of (north, east) and returns the mean car probability there, 0 where nothing was seen."""
 Geometry = tuple[Floats, Floats, Floats, Floats, Floats]
 """Stalls: north, east, angle, width and length, each (N,)."""
-InPicture = Callable[[Floats], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,7 +197,7 @@ class Suggestions(SpatialIndex[Suggestion]):
         here = self.about(*middle, reach)
         boxes = sight.cars
         outlines = quads.corners(boxes.north, boxes.east, boxes.angle, boxes.width, boxes.length)
-        cars = boxes.take(_within(sight.in_picture, outlines))
+        cars = boxes.take(whole_in(sight.in_picture, outlines))
         cars = cars.take(~on_stalls(_places(cars), cars.angle, cars.length, sight.stalls))
         seen, fresh = _pairs(here, cars)
         for one, car in seen:
@@ -212,11 +211,6 @@ class Suggestions(SpatialIndex[Suggestion]):
         self._make_room(middle, reach, sight)
         return next_id
 
-    def forget_younger(self, born_m: float, version: int) -> None:
-        """Forget what was found after this distance flown: its place on the map was not known."""
-        for one in [one for one in self.known.values() if one.born_m > born_m]:
-            self.remove(one.id, version)
-
     def restore(self, suggestion: Suggestion, version: int) -> None:
         """Restore one of an earlier run; the next look at it begins another pass."""
         self.put(replace(suggestion, born_m=0.0, flown_m=0.0, version=version))
@@ -229,11 +223,6 @@ class Suggestions(SpatialIndex[Suggestion]):
             self.remove(about[k].id, sight.version)
 
 
-def _within(in_picture: InPicture, corners: Floats) -> NDArray[np.bool_]:
-    """Return which quads (N, 4, 2) lie in the picture as a whole, (N,)."""
-    return np.asarray(in_picture(corners.reshape(-1, 2)).reshape(-1, 4).all(1))
-
-
 def _places(those: list[Suggestion] | CarBoxes) -> Floats:
     """Return centres (N, 2)."""
     if isinstance(those, CarBoxes):
@@ -243,17 +232,10 @@ def _places(those: list[Suggestion] | CarBoxes) -> Floats:
 
 def _pairs(known: list[Suggestion], cars: CarBoxes) -> tuple[list[tuple[Suggestion, int]], list[int]]:
     """Return the known places with the number of the car that stands there, and the numbers of the other cars."""
-    there, here = _places(known), _places(cars)
-    i, j = quads.near_pairs(there, here, _SAME_M)
-    apart = np.hypot(*(there[i] - here[j]).T)
-    found: dict[int, int] = {}
-    for k in np.argsort(apart, kind="stable").tolist():
-        one, car = int(i[k]), int(j[k])
-        turn = float(quads.angle_between(known[one].angle, cars.angle[car]))
-        if turn < _SAME_ANGLE and one not in found and car not in found.values():
-            found[one] = car
-    others = [car for car in range(len(cars)) if car not in found.values()]
-    return [(known[one], car) for one, car in found.items()], others
+    angles = np.array([one.angle for one in known], np.float64), cars.angle
+    found = nearest_pairs(_places(known), _places(cars), angles, _SAME_M, _SAME_ANGLE)
+    taken = set(found.values())
+    return [(known[one], car) for one, car in found.items()], [car for car in range(len(cars)) if car not in taken]
 
 
 def _begun(number: int, cars: CarBoxes, car: int, sight: Sight) -> Suggestion:

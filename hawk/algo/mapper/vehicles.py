@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Final
 
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Floats
 from hawk.algo.mapper.evidence import transform_points
-from hawk.algo.mapper.spatial_index import SpatialIndex
+from hawk.algo.mapper.spatial_index import InPicture, SpatialIndex, nearest_pairs, whole_in
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import Vehicle
 from hawk.model.vehicles import MapVehicle, VehicleKind
@@ -39,8 +39,6 @@ _LONGEST_S: Final = 900.0
 """Seconds between two looks that count: the clock of another run of the program begins elsewhere."""
 _WHOLE: Final = 0.9
 """Visible share from which a look shows the whole size."""
-
-InPicture = Callable[[Floats], NDArray[np.bool_]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,11 +143,6 @@ class VehicleTracker(SpatialIndex[TrackedVehicle]):
                 self.put(replace(one, odds=odds, version=sight.version))
         return next_id
 
-    def forget_younger(self, born_m: float, version: int) -> None:
-        """Forget what was found after this distance flown: its place on the map was not known."""
-        for one in [one for one in self.known.values() if one.born_m > born_m]:
-            self.remove(one.id, version)
-
     def restore(self, vehicle: TrackedVehicle, version: int) -> None:
         """Restore one of an earlier run of the same survey."""
         self.put(replace(vehicle, born_m=0.0, version=version))
@@ -180,17 +173,9 @@ def _pairs(
     known: list[TrackedVehicle], found: Sequence[Vehicle]
 ) -> tuple[list[tuple[TrackedVehicle, Vehicle]], list[Vehicle]]:
     """Return the known vehicles with the finds that are theirs, nearest first, and the other finds."""
-    there, here = _places(known), _places(found)
-    i, j = quads.near_pairs(there, here, _SAME_M)
-    apart = np.hypot(*(there[i] - here[j]).T)
-    turns = quads.angle_between([known[k].angle for k in i.tolist()], [found[k].angle for k in j.tolist()])
-    pairs: dict[int, int] = {}
-    given: set[int] = set()
-    for k in np.argsort(apart, kind="stable").tolist():
-        one, find = int(i[k]), int(j[k])
-        if turns[k] < _SAME_ANGLE and one not in pairs and find not in given:
-            pairs[one] = find
-            given.add(find)
+    angles = np.array([one.angle for one in known], np.float64), np.array([one.angle for one in found], np.float64)
+    pairs = nearest_pairs(_places(known), _places(found), angles, _SAME_M, _SAME_ANGLE)
+    given = set(pairs.values())
     fresh = [find for k, find in enumerate(found) if k not in given]
     return [(known[one], found[find]) for one, find in pairs.items()], fresh
 
@@ -253,5 +238,4 @@ def _missed(those: list[TrackedVehicle], sight: VehicleLook) -> list[TrackedVehi
         return []
     shape = np.array([(one.north, one.east, one.angle, one.width, one.length) for one in those]).T
     corners = quads.corners(*shape)
-    inside = np.asarray(sight.in_picture(corners.reshape(-1, 2)).reshape(-1, 4).all(axis=1))
-    return [those[k] for k in np.flatnonzero(inside).tolist()]
+    return [those[k] for k in np.flatnonzero(whole_in(sight.in_picture, corners)).tolist()]
