@@ -290,14 +290,8 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
     shade, cover = _sigmoid(further) if len(further) else np.zeros((FURTHER_CHANNELS, *lot.shape), np.float32)
     return NetworkMaps(
         lot=_sigmoid(lot),
-        core=_sigmoid(core),
         car=_sigmoid(car),
-        sine=sine,
-        cosine=cosine,
-        offset_column=column * np.float32(OFFSET_CELLS),
-        offset_row=row * np.float32(OFFSET_CELLS),
-        width=np.float32(USUAL_WIDTH_M) * np.exp(np.clip(width, -1, 1)),
-        length=np.float32(USUAL_LENGTH_M) * np.exp(np.clip(length, -1, 1)),
+        **_shape_maps((core, sine, cosine, column, row, width, length), (USUAL_WIDTH_M, USUAL_LENGTH_M), (1.0, 1.0)),
         taken=_sigmoid(taken),
         shade=shade,
         cover=cover,
@@ -306,18 +300,31 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
 
 
 def _vehicle_maps(output: MapArray) -> VehicleMaps:
-    core, sine, cosine, column, row, width, length = output[:SHAPE_CHANNELS]
-    usual_width, usual_length = (np.float32(side) for side in USUAL_VEHICLE_M)
-    return VehicleMaps(
-        core=_sigmoid(core),
-        sine=sine,
-        cosine=cosine,
-        offset_column=column * np.float32(OFFSET_CELLS),
-        offset_row=row * np.float32(OFFSET_CELLS),
-        width=usual_width * np.exp(np.clip(width, -1, 1)),
-        length=usual_length * np.exp(np.clip(length, -1.5, 1.5)),
-        kinds=output[SHAPE_CHANNELS:],
+    shape = tuple(output[:SHAPE_CHANNELS])
+    return VehicleMaps(**_shape_maps(shape, USUAL_VEHICLE_M, (1.0, 1.5)), kinds=output[SHAPE_CHANNELS:])
+
+
+def _shape_maps(
+    shape: tuple[MapArray, ...], usual: tuple[float, float], most: tuple[float, float]
+) -> dict[str, MapArray]:
+    """Return core, direction, offset and size of stalls or vehicles by the names of their fields.
+
+    ``usual``: units of width and length, metres; ``most``: logarithms by which they differ from these at most.
+    """
+    core, sine, cosine, column, row, *sizes = shape
+    width, length = (
+        np.float32(unit) * np.exp(np.clip(size, -limit, limit))
+        for unit, size, limit in zip(usual, sizes, most, strict=True)
     )
+    return {
+        "core": _sigmoid(core),
+        "sine": sine,
+        "cosine": cosine,
+        "offset_column": column * np.float32(OFFSET_CELLS),
+        "offset_row": row * np.float32(OFFSET_CELLS),
+        "width": width,
+        "length": length,
+    }
 
 
 def _named(engine: EngineChoice) -> str:

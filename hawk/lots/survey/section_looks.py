@@ -29,7 +29,6 @@ from hawk.lots.rows import is_among
 from hawk.lots.schema import SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey.section_counts import Sight, Source, count_of
-from hawk.lots.survey.vehicle_places import inside
 from hawk.lots.values import PLACED, LotStoreError, Placed, unpack_stalls, unpack_vehicles
 from hawk.model.lot_map import StallState
 
@@ -132,10 +131,10 @@ def _seen(row: RowMapping, move: Move) -> _Seen:
     stalls, vehicles = unpack_stalls(row["stalls"]), unpack_vehicles(row["vehicles"])
     taken = [each for each in stalls if each.state is StallState.TAKEN]
     unknown = [each for each in stalls if each.state is StallState.UNKNOWN]
-    shapes = shapes_of(taken if vehicles is None else vehicles)
-    found = [(each.taken_probability, each.looked_at) for each in taken]
-    if vehicles is not None:
-        found = [(each.probability, each.looked_at) for each in vehicles]
+    if vehicles is None:
+        shapes, found = shapes_of(taken), [(each.taken_probability, each.looked_at) for each in taken]
+    else:
+        shapes, found = shapes_of(vehicles), [(each.probability, each.looked_at) for each in vehicles]
     outline = unpack_outline(row["seen_ground"])
     if not outline.polygons:
         outline = outline_of(row["outline"])
@@ -163,7 +162,7 @@ def _look(row: RowMapping, seen: _Seen, section: LayoutSection) -> dict[str, Any
         return None
     hidden = shapely.union_all(geometry.polygons(seen.unknown)) if len(seen.unknown) else shapely.Polygon()
     hidden_share = float(shapely.intersection(seen_part, hidden).area / area.area)
-    is_in = inside(section.outline, seen.shapes[:, :2])
+    is_in = np.array(geometry.within(section.outline, seen.shapes[:, :2]), np.bool_)
     sight = Sight(seen.source, seen.shapes[is_in], seen.probabilities[is_in], hidden_share, seen_share)
     shares = {"hidden_share": round(hidden_share, 4), "seen_share": round(seen_share, 4)}
     looked_at = float(seen.moments[is_in].max()) if is_in.any() else float(row["ended"])

@@ -11,7 +11,6 @@ from typing import Final
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from hawk.lots.plan import geometry
@@ -62,7 +61,7 @@ def places_of(vehicles: Floats, grounds: Grounds) -> tuple[PlacedVehicle, ...]:
     sections = np.full(len(vehicles), "", object)
     for section, ring in grounds.sections.items():
         if ring:
-            sections[inside(ring, middles) & (sections == "")] = section
+            sections[np.array(geometry.within(ring, middles), np.bool_) & (sections == "")] = section
     in_lot, on_road = (shapely.contains_xy(ground, middles) for ground in (grounds.lot, grounds.roads))
     found = []
     for stall, section, is_beside, is_on_road in zip(stalls, sections, in_lot, on_road, strict=True):
@@ -73,11 +72,6 @@ def places_of(vehicles: Floats, grounds: Grounds) -> tuple[PlacedVehicle, ...]:
         else:
             found.append(PlacedVehicle(Place.BESIDE if is_beside else Place.ROAD if is_on_road else Place.ELSEWHERE))
     return tuple(found)
-
-
-def inside(ring: Ring, middles: Floats) -> NDArray[np.bool_]:
-    """Return which places (N, 2) lie in a ring."""
-    return np.asarray(shapely.contains_xy(shapely.Polygon(ring), middles), bool)
 
 
 def _stalls_of(vehicles: Floats, stalls: Floats) -> list[int]:
