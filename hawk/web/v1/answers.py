@@ -49,7 +49,7 @@ JSON: Final = "application/json"
 PROBLEM: Final = "application/problem+json"
 GEOJSON: Final = "application/geo+json"
 OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
-ANSWER_S: Final = 10.0
+ANSWER_S: Final = 30.0
 """Real seconds after which a request that the store has not answered is given up."""
 LEAST_PACKED_BYTES: Final = 1000
 """Shorter answers are one packet of the network in any case."""

@@ -135,7 +135,7 @@ describe("Report", () => {
   async function open(search: string): Promise<void> {
     hash = `#/report/${LOT}?${search}`;
     route = new Route({ hash: () => hash, write: (next) => (hash = next) });
-    views = Object.assign(new LotViews(), { route, access: { lots: [{ id: LOT, name: "Market Street" }], token: null, mayChange: true } });
+    views = Object.assign(new LotViews(), { route, access: { lots: [{ id: LOT, name: "Market Street" }], unlisted: "", token: null, mayChange: true } });
     document.body.replaceChildren(views);
     await drawn();
   }

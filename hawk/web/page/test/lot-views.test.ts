@@ -103,7 +103,7 @@ describe("what several parts of the page ask for", () => {
     let [now, count, works] = [0, 0, true];
     globalThis.fetch = () => {
       count += 1;
-      return Promise.resolve(works ? Response.json(FEATURES) : new Response("busy", { status: 503 }));
+      return Promise.resolve(works ? Response.json(FEATURES) : new Response("busy", { status: 500 }));
     };
     const source = new LotSource("lots/1", () => now);
     await Promise.all([source.features(ONE), source.features(ONE)]);
@@ -176,7 +176,7 @@ describe("lots over time", () => {
   async function open(at: string, { token = null as string | null, operator = true, lots = [{ id: LOT, name: HTML }] } = {}): Promise<void> {
     hash = at;
     route = new Route({ hash: () => hash, write: (next: string) => (hash = next) }, token ?? "");
-    archive = Object.assign(new LotViews(), { route, access: { lots, token, mayChange: operator } });
+    archive = Object.assign(new LotViews(), { route, access: { lots, unlisted: "", token, mayChange: operator } });
     document.body.replaceChildren(archive);
     await drawn();
   }
@@ -226,6 +226,17 @@ describe("lots over time", () => {
     assert.deepEqual(named, ["Free", "Taken", "Unclear", "Occupancy"], "on a phone each value says its column");
     assert.match(rows[0]!, /50\.0 % \(40\.0 to 60\.0 %\)/);
     assert.match(rows[1]!, /–Its place on the lot is not certain/);
+  });
+
+  it("say that no lot is stored only when the drone said so", async () => {
+    await open("#/report", { lots: [] });
+    assert.match(words(archive), /No lot is stored yet/);
+    for (const [lots, unlisted, said] of [[null, "", /Asking the drone/], [null, "The store is busy.", /The store is busy\./]] as const) {
+      archive.access = { ...archive.access, lots, unlisted };
+      await drawn();
+      assert.match(words(archive), said);
+      assert.doesNotMatch(words(archive), /No lot/);
+    }
   });
 
   it("say how many stalls the flight found where the plan has others", async () => {

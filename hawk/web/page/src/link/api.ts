@@ -3,6 +3,10 @@ import { say } from "../words/say.ts";
 
 /** Address of the drone's API. */
 export const API = "api/v1";
+/** How long a busy drone is asked again, and the pause between where it names none, ms. */
+const PATIENCE_MS = 60_000;
+const PAUSE_MS = 2_000;
+const BUSY = 503;
 /** The most items of a part of a list. */
 const AT_ONCE = "1000";
 
@@ -23,6 +27,16 @@ export class Refused extends Error {
   /** The link that was shared opens nothing any more. */
   get isEndedLink(): boolean {
     return this.status === 404 && /^(token|share)$/.test(this.field);
+  }
+
+  /** The drone has too much to do, or reads what was asked for. */
+  get isBusy(): boolean {
+    return this.status === BUSY;
+  }
+
+  /** No answer came, or the drone is busy: the same may be answered later. */
+  get isForNow(): boolean {
+    return this.status === 0 || this.isBusy;
   }
 
   constructor(reason = "", status = 0, editor: Editor | null = null, field = "") {
@@ -102,15 +116,21 @@ function asked<T>(address: string, options: RequestInit): Promise<T> {
   return taken(address, options, async (found) => (await found.json()) as T);
 }
 
+/** A busy drone is asked again, but not for a change, which it may have made. */
 async function taken<T>(address: string, options: RequestInit, take: (found: Response) => Promise<T>): Promise<T> {
-  let found: Response;
-  try {
-    found = await fetch(address, options);
-    if (found.ok) return await take(found);
-  } catch {
-    throw new Refused();
+  for (let left = options.method === undefined ? PATIENCE_MS : 0; ; ) {
+    let found: Response;
+    try {
+      found = await fetch(address, options);
+      if (found.ok) return await take(found);
+    } catch {
+      throw new Refused();
+    }
+    const pause = 1000 * Number(found.headers.get("Retry-After")) || PAUSE_MS;
+    if (found.status !== BUSY || pause > left) throw refusal(found.status, await found.text());
+    left -= pause;
+    await new Promise((resolve) => setTimeout(resolve, pause));
   }
-  throw refusal(found.status, await found.text());
 }
 
 function refusal(status: number, text: string): Refused {

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
-import { orNull, readAll, Refused } from "../link/api.ts";
+import { readAll, type Refused } from "../link/api.ts";
 import type { ViewName } from "../route/place.ts";
 import { Route } from "../route/route.ts";
 import { type DroneChip, viewLinks, viewsOf } from "../shell/top-bar.ts";
@@ -42,6 +42,8 @@ const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as c
 
 /** HTTP's status of what is not here. */
 const NOT_THERE = 404;
+/** Lots that could not be read are asked for again after so long. */
+const AGAIN_MS = 5000;
 
 /** The page: the views, and in Fly glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
@@ -49,6 +51,8 @@ export class App extends LitElement {
   model!: Operator;
   @property({ attribute: false }) route = new Route();
   @state() private lots: ListedLot[] | null = null;
+  /** Why the lots could not be read. */
+  @state() private unlisted = "";
   /** There is no store of lots. */
   @state() private isAlone = false;
   /** The lot that the address named is not there: the first one is shown. */
@@ -132,7 +136,7 @@ export class App extends LitElement {
             ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
       ${!this.wasOpen ? nothing : isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
-      ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
+      ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots, unlisted: this.unlisted, token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
       ${isDesk ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
       ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map?.classAt(place) ?? 0}></hawk-bar>` : nothing}`;
   }
@@ -185,14 +189,21 @@ export class App extends LitElement {
 
   /** The lots to choose from; the first one where the address names none. */
   private async listLots(): Promise<void> {
-    const asked = readAll<ListedLot>("lots");
-    asked.catch((error: unknown) => (this.isAlone = error instanceof Refused && error.status === NOT_THERE));
-    this.list((await orNull(asked)) ?? this.lots ?? []);
+    try {
+      this.list(await readAll<ListedLot>("lots"));
+    } catch (error) {
+      const { message, status, isForNow } = error as Refused;
+      this.isAlone = status === NOT_THERE;
+      if (this.isAlone) this.list([]);
+      this.unlisted = this.isAlone ? "" : message || say("archive-unanswered");
+      if (isForNow) setTimeout(() => void (this.isConnected && this.lots === null && this.listLots()), AGAIN_MS);
+    }
   }
 
   /** An address of a lot that is not there says so: another lot has other figures. */
   private list(lots: ListedLot[]): void {
     this.lots = lots;
+    this.unlisted = "";
     const { lot } = this.route.place;
     if (lots.some(({ id }) => id === lot)) return;
     const [first] = lots;
