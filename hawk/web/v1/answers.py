@@ -25,8 +25,10 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 from pydantic_core import to_json
 
+from hawk.lots.answers import SpokenSentence
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError, NotFoundError
+from hawk.model.sentences import parts_of
 from hawk.runtime.late import late_functions
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.proxied import is_secure, prefix_of
@@ -260,7 +262,8 @@ def problem(
 
 def _problem(status: int, detail: str, named: str = "", more: Mapping[str, str] | None = None) -> bytes:
     content = {"type": "about:blank", "title": HTTPStatus(status).phrase, "status": status, "detail": detail}
-    return json.dumps({**content, "field": named, **(more or {})}).encode()
+    sentences = [SpokenSentence.of(each).model_dump() for each in parts_of(detail)]
+    return json.dumps({**content, "field": named, **(more or {}), "sentences": sentences}).encode()
 
 
 @web.middleware

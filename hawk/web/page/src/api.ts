@@ -297,20 +297,13 @@ export interface FilmMessage {
   level: "info" | "ok" | "warning" | "error";
   text: string;
   details: string;
-  sentences: FilmSentence[];
+  sentences: SpokenSentence[];
 }
 
 /** A state of the drone, from `at` to the next one. */
 export interface FilmPhase {
   at: number;
   state: string;
-}
-
-/** A sentence among the texts of a message, with its code and values, as the drone sends it. */
-export interface FilmSentence {
-  text: string;
-  code: string;
-  values: Record<string, string | number>;
 }
 
 /** A stall of the plan that was flown over; `angle` in radians clockwise from north. */
@@ -659,6 +652,7 @@ export interface Problem {
   field: string;
   who: string;
   since: string | null;
+  sentences: SpokenSentence[];
 }
 
 /** Changes of a lot's layout that its newest surveys propose. */
@@ -748,6 +742,13 @@ export interface SharedLink {
 /** All links to a lot, the newest first. */
 export interface SharedLinks {
   shares: ListedLink[];
+}
+
+/** A sentence of the program: a page that has words of its own for the code shows those. */
+export interface SpokenSentence {
+  text: string;
+  code: string;
+  values: Record<string, string | number>;
 }
 
 /** A stall of a lot: `begins` is the first version of the layout that has it, `ends` the first that has not. */

@@ -1,10 +1,32 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it, mock } from "node:test";
 import { post, read, Refused } from "../src/link/api.ts";
+import { ofDrone } from "../src/words/drone.ts";
 import { settle } from "./fakes.ts";
+import { inFrench } from "./french.ts";
 
 const busy = (pause: string | null): Response =>
   new Response(JSON.stringify({ field: "", detail: "The store of lots is busy." }), { status: 503, headers: pause === null ? {} : { "Retry-After": pause } });
+
+describe("a refusal", () => {
+  const before = globalThis.fetch;
+  afterEach(() => {
+    globalThis.fetch = before;
+  });
+
+  it("of a plan's change is said in French, with what stands in it", async () => {
+    const labels = { text: "A 11 and 13 more", code: "label-and-count-more", values: { label: "A 11", count: 13 } };
+    const detail = `${labels.text}: a person confirmed the label of another stall: swap the rows, or rename that one first`;
+    const whole = { text: detail, code: "labels-a-person-confirmed-the-label-of-another-stall-swap", values: { labels: labels.text } };
+    globalThis.fetch = () => Promise.resolve(Response.json({ field: "to", detail, sentences: [whole, labels] }, { status: 422 }));
+    const error = (await post("lots/a/plan", {}).catch((refused: unknown) => refused)) as Refused;
+    assert.equal(error.message, `to: ${detail}`);
+    assert.equal(ofDrone(error.message), error.message);
+    await inFrench(() => {
+      assert.equal(ofDrone(error.message), "A 11 et 13 de plus : une personne a confirmé ce numéro pour une autre place : échangez les rangées, ou renommez d’abord celle-là");
+    });
+  });
+});
 
 describe("a busy drone", () => {
   const before = globalThis.fetch;

@@ -1,4 +1,5 @@
 import type { Problem } from "../api.ts";
+import { learn } from "../words/drone.ts";
 import { say } from "../words/say.ts";
 
 /** Address of the drone's API. */
@@ -135,8 +136,10 @@ async function taken<T>(address: string, options: RequestInit, take: (found: Res
 
 function refusal(status: number, text: string): Refused {
   try {
-    const { field, detail, who, since } = JSON.parse(text) as Problem;
-    return new Refused(field ? `${field}: ${detail}` : detail, status, who && since ? { who, since } : null, field);
+    const { field, detail, who, since, sentences = [] } = JSON.parse(text) as Pick<Problem, "field" | "detail" | "who" | "since"> & Partial<Problem>;
+    const said = field ? `${field}: ${detail}` : detail;
+    learn(sentences.map((each) => ({ Text: each.text === detail ? said : each.text, Code: each.code, Values: each.values })));
+    return new Refused(said, status, who && since ? { who, since } : null, field);
   } catch {
     return new Refused(text, status);
   }
