@@ -46,9 +46,13 @@ _OF_SURVEY: Final = (("survey", "seq"), ("observation", "survey"), ("looks", "su
 _OF_STALL: Final = (("stall", "key"), ("observation", "stall"))
 _LIMITS: Final = {"open_s": 3.0, "map_s": 1.0, "list_part_s": 0.15, "lot_s": 0.15}
 _WORDS: Final = {
-    "open_s": "the store is open", "first_s": "first lot, with the time zones of all", "list_s": "list of all lots", "list_part_s": "its slowest part of 100",
-    "map_s": "all lots on a map", "lot_s": "one lot",
-}  # fmt: skip
+    "open_s": "the store is open",
+    "first_s": "first lot, with the time zones of all",
+    "list_s": "list of all lots",
+    "list_part_s": "its slowest part of 100",
+    "map_s": "all lots on a map",
+    "lot_s": "one lot",
+}
 
 
 @dataclass(frozen=True, slots=True)
