@@ -108,7 +108,8 @@ def test_drawings_of_every_kind(tmp_path: Path) -> None:
         space.add_circle((50, 50), 3.0)
 
     shapes = [(shapely.Polygon(np.array(degrees(ring))), f"G{k}") for k, ring in enumerate(row(3))]
-    rings = row(3, north=8.0)
+    facts = {"amenity": "parking_space", "name": "x"}
+    ways = [outline(k, ring, ref=f"W {k}", **facts) for k, ring in enumerate(row(3, north=8.0), 1)]
     files = {
         "dxf": found(dxf(draw)),
         "dxf, a layer": found(dxf(draw), layer="STALLS"),
@@ -116,7 +117,7 @@ def test_drawings_of_every_kind(tmp_path: Path) -> None:
         "dxf in feet": found(dxf(draw, units=2)),
         "dxf without units": found(dxf(draw, units=0)),
         "dxf in named units": found(dxf(draw, units=0), units="m"),
-        "osm": found(osm(*(outline(k, ring, ref=f"W {k}", name="x") for k, ring in enumerate(rings, 1)))),
+        "osm": found(osm(*ways)),
         "gpkg": found(geopackage(tmp_path, shapes)),
         "gpkg, another layer": found(geopackage(tmp_path, shapes), layer="roads"),
         "gpkg of metres": found(geopackage(tmp_path, shapes, srs=28992)),
