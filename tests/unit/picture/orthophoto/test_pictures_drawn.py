@@ -37,7 +37,9 @@ def plain(value: Any, digits: int = 6) -> Any:
     return round(value, digits) + 0.0 if isinstance(value, float) else value
 
 
-def made(crs: str = UTM, turn: float = 0.0, *, flip: bool = False, metres: float = 0.1, shear: float = 0.0) -> PixelGrid:
+def made(
+    crs: str = UTM, turn: float = 0.0, *, flip: bool = False, metres: float = 0.1, shear: float = 0.0
+) -> PixelGrid:
     a, b, c, d, e, f = tuple(placed(crs, 300, 200, metres=metres, turn=turn))[:6]
     if flip:
         b, c, e, f = -b, c + 200 * b, -e, f + 200 * e
@@ -175,7 +177,7 @@ def test_lots_of_outlines(tmp_path: Path) -> None:
             {} if own is None else {"id": own}
         )
 
-    crossed = area(90, 0)
+    crossed, way = area(90, 0), dict[str, Any]({"@id": "way/5"})
     crossed["geometry"]["coordinates"][0][1:3] = crossed["geometry"]["coordinates"][0][2:0:-1]
     files: dict[str, list[Json]] = {
         "names": [
@@ -189,7 +191,7 @@ def test_lots_of_outlines(tmp_path: Path) -> None:
             area(0, 0, own=7),
             area(30, 0, id="a"),
             area(60, 0, osm_id=3.0),
-            area(0, 40, **{"@id": "way/5"}),
+            area(0, 40, **way),
             area(30, 40, lot_id=True),
         ],
         "tags": [
