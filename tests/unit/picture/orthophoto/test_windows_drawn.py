@@ -21,7 +21,7 @@ from tests.golden import check_values
 from tests.unit.picture.orthophoto.drawn import HERE as MIDDLE
 from tests.unit.picture.orthophoto.drawn import UTM, opened_blank, placed
 
-HERE = Path(__file__).parent / "pictures_drawn"
+HERE = Path(__file__).parent / "windows_drawn"
 Json = dict[str, Any]
 
 
