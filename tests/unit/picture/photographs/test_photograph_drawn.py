@@ -12,12 +12,13 @@ from PIL import Image
 from hawk.model.pictures import CameraModel
 from hawk.picture.photographs import places, tags
 from hawk.picture.photographs.exif import Exif, read_exif
+from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.heights import assign_heights, doubt_of, guess_heights
 from hawk.picture.photographs.lenses import Lenses
 from hawk.picture.photographs.photograph import Photograph, other_light
 from hawk.picture.values import PictureError, Shot
 from tests.golden import check_values
-from tests.unit.picture.photographs.photos import DJI, exif
+from tests.unit.picture.photographs.photos import DJI, exif, flight, photo, xmp
 
 HERE = Path(__file__).parent / "drawn"
 CAMERA = CameraModel(80, 60, 60.0, 60.0, 39.5, 29.5)
@@ -279,6 +280,7 @@ def test_places_that_differ() -> None:
             ((46.0, 0.0), (47.0, 0.0)),
             ((46.0, 0.0), (47.01, 0.0)),
             ((0.0, 0.0), (0.0, 10.1)),
+            ((0.0, 174.75), (0.0, -174.75)),
         )
     ]
     found["words"] = [places.words(each) for each in ((0.0, 0.0), (-1.5, -2.25))]
@@ -304,3 +306,48 @@ def test_pictures_of_other_light() -> None:
         ("a.jpg", {}, Exif(), small),
     ]
     check_values(HERE / "light.json", [other_light(*case) for case in cases])
+
+
+def test_folders_of_many_kinds(tmp_path: Path) -> None:
+    made: dict[str, list[Callable[[Path], Any]]] = {
+        "one flight": [lambda at: flight(at, 3)],
+        "a pause of 45 minutes": [lambda at: flight(at, 2), lambda at: flight(at, 2, 10, minute=45)],
+        "a longer one": [lambda at: flight(at, 2), lambda at: flight(at, 2, 10, minute=46)],
+        "1 km away": [lambda at: flight(at, 2), lambda at: flight(at, 2, 10, 1, north=0.0093)],
+        "one of another camera": [lambda at: flight(at, 5), lambda at: flight(at, 1, 10, 1, model="FC220")],
+        "one of four": [lambda at: flight(at, 4), lambda at: flight(at, 1, 10, 1, model="FC220")],
+        "two of eleven": [lambda at: flight(at, 11), lambda at: flight(at, 2, 20, 2, model="FC220")],
+        "two of twenty": [lambda at: flight(at, 20), lambda at: flight(at, 2, 30, 3, model="FC220")],
+        "twice": [lambda at: flight(at, 2), lambda at: flight(at, 2, 10)],
+        "saved later": [lambda at: flight(at, 2, base={306: "2024:05:02 10:00:00", 305: "Editor", 274: 6})],
+        "without angles": [lambda at: photo(at / "a.jpg", exif(), xmp({"drone-dji:RelativeAltitude": "60"}))],
+        "with other files": [
+            lambda at: flight(at, 1),
+            lambda at: (at / "b.txt").write_text(""),
+            lambda at: (at / "c").mkdir(),
+        ],
+        "without photographs": [
+            lambda at: (at / "b.txt").write_text(""),
+            *(lambda at, n=n: (at / f"d{n}").mkdir() for n in range(6)),
+        ],
+        "nothing to use": [
+            lambda at: photo(at / "a.jpg", exif(None)),
+            lambda at: photo(at / "b.jpg", exif(None)),
+            lambda at: photo(at / "c.jpg", exif(model="X", photo={0x920A: None})),
+            lambda at: photo(at / "d.jpg", exif(), xmp(DJI | {"drone-dji:GimbalPitchDegree": "-60"})),
+            lambda at: photo(at / "e_T.JPG", exif()),
+            lambda at: (at / "f.jpg").write_bytes(b"GIF"),
+        ],
+    }
+    found: Json = {}
+    for name, files in made.items():
+        folder = tmp_path / name
+        folder.mkdir()
+        for make in files:
+            make(folder)
+        try:
+            read = read_folder(folder)
+            found[name] = [[shot.name for shot in read.shots], _plain(read.left_out), read.notes, read.time_is_sure]
+        except PictureError as refused:
+            found[name] = str(refused).replace(f"{tmp_path}/", "")
+    check_values(HERE / "folders.json", _plain(found))
