@@ -17,7 +17,7 @@ class Head:
     """A capture with this head."""
 
     def __init__(self, fps: float, frames: float, width: float, height: float) -> None:
-        self._values = {
+        self._values: dict[int, float] = {
             cv2.CAP_PROP_FPS: fps,
             cv2.CAP_PROP_FRAME_COUNT: frames,
             cv2.CAP_PROP_FRAME_WIDTH: width,
@@ -50,7 +50,7 @@ def test_a_head_at_the_limits_is_a_film(
 ) -> None:
     made, film = opened(monkeypatch, head)
     assert isinstance(film, Video)
-    assert (film.fps, film.frames, *film.size) == head
+    assert (film.fps, *map(float, (film.frames, *film.size))) == head
     assert not made.is_released
 
 
