@@ -109,7 +109,7 @@ def test_drawings_of_every_kind(tmp_path: Path) -> None:
 
     shapes = [(shapely.Polygon(np.array(degrees(ring))), f"G{k}") for k, ring in enumerate(row(3))]
     facts = {"amenity": "parking_space", "name": "x"}
-    ways = [outline(k, ring, ref=f"W {k}", **facts) for k, ring in enumerate(row(3, north=8.0), 1)]
+    drawn = [outline(k, ring, ref=f"W {k}", **facts) for k, ring in enumerate(row(3, north=8.0), 1)]
     files = {
         "dxf": found(dxf(draw)),
         "dxf, a layer": found(dxf(draw), layer="STALLS"),
@@ -117,7 +117,7 @@ def test_drawings_of_every_kind(tmp_path: Path) -> None:
         "dxf in feet": found(dxf(draw, units=2)),
         "dxf without units": found(dxf(draw, units=0)),
         "dxf in named units": found(dxf(draw, units=0), units="m"),
-        "osm": found(osm(*ways)),
+        "osm": found(osm(*drawn)),
         "gpkg": found(geopackage(tmp_path, shapes)),
         "gpkg, another layer": found(geopackage(tmp_path, shapes), layer="roads"),
         "gpkg of metres": found(geopackage(tmp_path, shapes, srs=28992)),

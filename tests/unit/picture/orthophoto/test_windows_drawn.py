@@ -177,7 +177,7 @@ def test_lots_of_outlines(tmp_path: Path) -> None:
             {} if own is None else {"id": own}
         )
 
-    crossed, way = area(90, 0), dict[str, Any]({"@id": "way/5"})
+    crossed, named = area(90, 0), dict[str, Any]({"@id": "node/5"})
     crossed["geometry"]["coordinates"][0][1:3] = crossed["geometry"]["coordinates"][0][2:0:-1]
     files: dict[str, list[Json]] = {
         "names": [
@@ -191,7 +191,7 @@ def test_lots_of_outlines(tmp_path: Path) -> None:
             area(0, 0, own=7),
             area(30, 0, id="a"),
             area(60, 0, osm_id=3.0),
-            area(0, 40, **way),
+            area(0, 40, **named),
             area(30, 40, lot_id=True),
         ],
         "tags": [
