@@ -130,6 +130,8 @@ def test_where_the_store_before_says_nothing_of_a_link_it_is_taken_back(
     notes = restore(kept.path, kept.copy, NOW).notes
     assert kept.opened_by() == [False, False]
     (words,) = notes
+    with closing(sqlite3.connect(kept.path)) as store:
+        assert store.execute("SELECT DISTINCT taken_back FROM share").fetchall() == [(NOW,)]
     assert words.startswith("Links taken back: 2; ")
     assert words.endswith("Make new ones")
 

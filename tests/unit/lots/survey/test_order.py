@@ -223,3 +223,35 @@ def test_the_last_survey_of_a_lot_is_the_first_one_of_those_with_the_newest_firs
 
 class _DoneError(Exception):
     """Takes back what was written."""
+
+
+def test_a_landing_without_a_sure_time_has_that_of_the_sure_landing_before_it_in_its_lot(store: Database) -> None:
+    saved(store, survey(stalls=6))
+    day = 86_400.0
+    others = [
+        ("flown, unsure", "flown", False, 1.0),
+        ("pictures", "picture", True, 2.0),
+        ("flown, unsure again", "flown", False, 9.0),
+        ("flown, of another lot", "flown", True, 3.0),
+        ("flown, unsure after it", "flown", False, 0.5),
+        ("flown, sure", "flown", True, 4.0),
+        ("flown, unsure at last", "flown", False, 0.1),
+        ("pictures, unsure", "picture", False, 5.0),
+        ("pictures, later than now", "picture", False, 11.0),
+        ("flown, later than now", "flown", True, 11.0),
+    ]
+    with store.writing() as connection:
+        first = dict(connection.execute(select(SURVEY)).mappings().one())
+        for number, (name, kind, is_sure, days) in enumerate(others, 2):
+            lot = None if name == "flown, of another lot" else first["lot"]
+            more = {"seq": number, "id": f"{number:036d}", "origin": name, "kind": kind, "time_is_sure": is_sure}
+            connection.execute(insert(SURVEY).values(**first | more | {"lot": lot, "ended": BEGAN + days * day}))
+        rows = connection.execute(select(SURVEY.c.origin, taken_at().label("at"))).all()
+        found = {row.origin: row.at for row in rows}
+        ordered = connection.execute(select(SURVEY.c.origin).order_by(*newest_first())).scalars().all()
+    del found[first["origin"]]
+    expected = [first["ended"], BEGAN + 2 * day, first["ended"], BEGAN + 3 * day, first["ended"]]
+    expected += [BEGAN + 4 * day, BEGAN + 4 * day, BEGAN + 5 * day, 0.0, BEGAN + 11 * day]
+    assert found == dict(zip((name for name, *_ in others), expected, strict=True))
+    assert ordered[:3] == ["flown, later than now", "flown, unsure at last", "flown, sure"]
+    assert ordered[-2:] == ["pictures, unsure", "pictures, later than now"]
