@@ -7,8 +7,10 @@ import type { Changed, SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { Feature } from "../src/views/survey-source.ts";
 import { readAll } from "../src/link/api.ts";
-import { firstReads } from "../src/route/first-reads.ts";
+import { firstPart, firstReads } from "../src/route/first-reads.ts";
 import { Route } from "../src/route/route.ts";
+import "../src/parts/figures.ts";
+import "../src/parts/maps.ts";
 import { LotViews } from "../src/views/lot-views.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
 import { headline, interval, notCompared } from "../src/views/compare-words.ts";
@@ -209,6 +211,15 @@ describe("lots over time", () => {
     }
     assert.deepEqual(firstReads(`#/report/${LOT}?days=mon-fri`), ["lots?limit=1000"]);
     assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots?limit=1000"]]);
+    const shared = "shared/secret/statistics";
+    assert.deepEqual(firstReads("#secret"), [`${shared}/surveys?newest=8`]);
+    assert.deepEqual(firstReads(`#secret/lots/${LOT}/${ONE}`), [`shared/secret/surveys/${ONE}/stalls`, `${shared}/surveys?survey=${ONE}`, `${shared}/surveys?newest=8`], "a link shows no picture");
+    assert.deepEqual(firstReads(`#secret/report/${LOT}`), [`${shared}/ask`, `${shared}/surveys?newest=8`]);
+  });
+
+  it("asks first for the part in which the view is", () => {
+    const parts = { fly: ["", `#/fly/${LOT}`, "#/unknown"], maps: ["#secret", `#/lots/${LOT}/${ONE}`, `#/compare/${LOT}`, `#/lots/${LOT}?show=stalls`, "#/recordings/one/20260504T101500Z.mcap"], figures: [`#/report/${LOT}`, `#secret/report/${LOT}`, "#/recordings", `#/lots/${LOT}?show=links`] };
+    for (const [part, addresses] of Object.entries(parts)) for (const address of addresses) assert.equal(firstPart(address), part, address);
   });
 
   async function press(label: string): Promise<void> {

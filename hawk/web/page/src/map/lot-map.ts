@@ -9,7 +9,7 @@ import type { Layers } from "../state/preferences.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { Background } from "./background.ts";
 import { drawScene } from "./draw-scene.ts";
-import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
+import type { FenceEditor, FenceEditorEvents, Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, roomBeside, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
@@ -169,12 +169,17 @@ export class LotMap {
     else this.turn();
   }
 
-  /** Opens the fence editor; null closes it. The map keeps still under the corners: it follows nothing from then on. */
-  editFence(events: FenceEditorEvents | null): FenceEditor | null {
-    if (events) this.leave();
+  /** Opens the fence editor. The map keeps still under the corners: it follows nothing from then on. */
+  editFence(Editor: typeof FenceEditor, events: FenceEditorEvents): FenceEditor {
+    this.leave();
     this.editor?.dispose();
-    this.editor = events ? new FenceEditor(this.map, readPalette(this.element), events) : null;
+    this.editor = new Editor(this.map, readPalette(this.element), events);
     return this.editor;
+  }
+
+  leaveFence(): void {
+    this.editor?.dispose();
+    this.editor = null;
   }
 
   /** Brings an extent into view as large as it goes, clear of the tools at the edges. */
