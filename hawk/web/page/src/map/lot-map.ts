@@ -77,6 +77,7 @@ export class LotMap {
   private held = false;
   private readonly pointers = new Set<number>();
   private redrawTimer = 0;
+  private isHolding = false;
   private lot: Extent | null = null;
   private editor: FenceEditor | null = null;
   private planEditor: PlanEditor | null = null;
@@ -223,9 +224,16 @@ export class LotMap {
     return roomBeside(this.element.getBoundingClientRect(), this.element.parentElement?.querySelector(".tools")?.getBoundingClientRect());
   }
 
-  /** Shows the ground of a stored survey in place of the live one. */
+  /** Shows the ground of a stored survey in place of the live one; its stalls are drawn with it, not before it. */
   showGround(ground: Ground): void {
+    this.hold(ground.whole !== null && ground.tiles.length > 0 && !document.hidden);
     this.tiles.show(ground);
+  }
+
+  /** What is shown stays until the ground is there, `REDRAW_MS` at most. */
+  private hold(isHolding: boolean): void {
+    if (isHolding === this.isHolding) return;
+    this.isHolding = this.ground.held = this.stalls.held = isHolding;
   }
 
   /** Labels on the stalls, and letters at the begins of rows: as they are painted. */
@@ -378,6 +386,7 @@ export class LotMap {
   private redraw(): void {
     clearTimeout(this.redrawTimer);
     this.redrawTimer = 0;
+    this.hold(false);
     if (document.hidden) return;
     this.ground.repaint();
     this.reportDrawn();

@@ -188,6 +188,7 @@ export class SurveyMap extends LitElement {
 
   /** As many maps as surveys; the second one shows the place of the first. */
   private makePanes(): void {
+    if (this.panes.length === 0 && !this.source && !this.later) return; // nobody sees an empty map drawn
     const holders = [...this.querySelectorAll<HTMLElement>(".ol")];
     while (this.panes.length > holders.length) this.panes.pop()?.map.dispose();
     for (const [index, holder] of holders.entries()) {
