@@ -9,6 +9,8 @@ import { Guest } from "../src/shell/guest.ts";
 import { TopBar } from "../src/shell/top-bar.ts";
 import { LateViews } from "../src/shell/views.ts";
 import { answerWords, behindWords, daysWords, hoursWords, periodWords } from "../src/views/ask-words.ts";
+import "../src/parts/figures.ts";
+import "../src/parts/maps.ts";
 import { LotViews } from "../src/views/lot-views.ts";
 import { commandOf, daysOf, daysText, hoursOf, hoursShown, hoursText, runs } from "../src/views/question.ts";
 import { refusal } from "./api.ts";

@@ -6,14 +6,7 @@ import type { Route } from "../route/route.ts";
 import type { Operator } from "../state/operator.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { say } from "../words/say.ts";
-import "./ask-view.ts";
-import "./compare-view.ts";
-import "./document-view.ts";
 import { LotSource } from "./link.ts";
-import "./links-view.ts";
-import "./recordings-view.ts";
-import "./stalls-view.ts";
-import "./surveys-view.ts";
 import { wordsOf } from "./view.ts";
 
 /** What the views show: the person's lots, or the lot of a link. */
@@ -39,7 +32,7 @@ interface Notice {
 const PARTS = ["", "stalls", "links"] as const;
 const NAMES = { "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
 
-/** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. */
+/** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. Each is there with its part of the page. */
 @customElement("hawk-views")
 export class LotViews extends LitElement {
   @property({ attribute: false }) route!: Route;
