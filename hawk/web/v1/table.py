@@ -117,6 +117,8 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
             reads.observations, lots.ObservationList, parameters.Observations),
         one("/surveys/{survey}/stalls", "survey_stalls", "A survey of a lot with its stalls, as its GeoJSON file",
             SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
+        one("/surveys/{survey}/sections", "sections_seen", "Sections of a lot with what one survey saw of each", SURVEYS,
+            reads.sections_seen, lots.SectionsSeen),
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
             STATISTICS, reads.statistics, Figures, parameters.Statistics, keep_missing_looks),
         one("/statistics/ask", "ask", "Use of parts of a lot at some hours of the week; `hawk-drone stats` prints it",

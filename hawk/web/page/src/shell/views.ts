@@ -40,6 +40,11 @@ async function loadViews(): Promise<void> {
   await Promise.all([import("../views/lot-views.ts"), styleSheet("views.css")]);
 }
 
+/** The form of a plan's sections, read when one is drawn first. */
+export function readSectionForm(): void {
+  void import("../ui/plan-section.ts");
+}
+
 /** Adds a style sheet to the document, once it is there. */
 function styleSheet(name: string): Promise<void> {
   return new Promise((resolve, reject) => {
