@@ -253,6 +253,13 @@ class ListedSection(PlanSection):
     look: SectionLook | None
 
 
+class SectionsSeen(Shown):
+    """Sections of a lot's plan by their names, with what one survey saw of each; null where it did not look."""
+
+    survey: Id
+    sections: list[ListedSection]
+
+
 class Observation(Shown):
     """Look of a survey at a stall. `picture_count`: pictures behind it."""
 

@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, select, true
 
-from hawk.lots.answers import ListedSection, SectionList, SectionLook, SectionLookList
+from hawk.lots.answers import ListedSection, SectionList, SectionLook, SectionLookList, SectionsSeen
 from hawk.lots.lists import Asked, part_of, places_on_earth
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan.queries import in_plan, sections_of
@@ -40,21 +40,37 @@ def sections(connection: Connection, lot_id: str, asked: Asked) -> SectionList:
     lot_row(connection, lot_id)
     is_behind = true() if asked.after is None else SECTION.c.id > asked.after
     rows = select(SECTION).where(in_plan(SECTION.c, lot_id), is_behind).order_by(SECTION.c.id)
-    shown = partial(_with_look, connection, datum_of(connection, lot_id))
+    shown = partial(_with_newest, connection, datum_of(connection, lot_id))
     return part_of(SectionList, connection, rows, asked, shown, lambda row: str(row.id))
 
 
 def sections_with_looks(connection: Connection, lot: str) -> list[ListedSection]:
     """Return the sections of a lot's plan with the newest look at each, by their ids, without damaged ones."""
     rows = connection.execute(select(SECTION).where(in_plan(SECTION.c, lot)).order_by(SECTION.c.id)).all()
-    found = readable(partial(_with_look, connection, datum_of(connection, lot)), rows)
+    found = readable(partial(_with_newest, connection, datum_of(connection, lot)), rows)
     return [each for each in found if each.outline]
 
 
-def _with_look(connection: Connection, datum: tuple[float, float], row: Row[Any]) -> ListedSection:
-    ring = ring_of(row.outline)
+def sections_seen(connection: Connection, lot: str, survey_id: str) -> SectionsSeen:
+    """Return the sections of a lot's plan with what a survey of it saw of each, without damaged ones.
+
+    Raises NotFoundError.
+    """
+    survey = survey_row(connection, survey_id)
+    datum = datum_of(connection, lot)
+    looks = {row.section: row for row in connection.execute(_LOOKS.where(SECTION_LOOK.c.survey == survey.key[0]))}
+    rows = connection.execute(select(SECTION).where(in_plan(SECTION.c, lot)).order_by(SECTION.c.name)).all()
+    found = readable(lambda row: _listed(datum, row, looks.get(row.id)), rows)
+    return SectionsSeen(survey=survey_id, sections=[each for each in found if each.outline])
+
+
+def _with_newest(connection: Connection, datum: tuple[float, float], row: Row[Any]) -> ListedSection:
     newest = _LOOKS.where(SECTION_LOOK.c.section == row.id, SURVEY.c.lot == row.lot).order_by(*newest_first())
-    look = connection.execute(newest.limit(1)).first()
+    return _listed(datum, row, connection.execute(newest.limit(1)).first())
+
+
+def _listed(datum: tuple[float, float], row: Row[Any], look: Row[Any] | None) -> ListedSection:
+    ring = ring_of(row.outline)
     return ListedSection(
         **{name: row._mapping[name] for name in _SAID}, outline=ring, ground=places_on_earth(datum, ring),
         look=None if look is None else _shown(look),

@@ -103,6 +103,12 @@ def sections_of_survey(connection: Connection, asked: Request[forms.Listed]) -> 
     return _listed(section_lists.looks(connection, asked.id, _part(asked.query)))
 
 
+def sections_seen(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return the sections of a lot with what one survey saw of each."""
+    survey = survey_of(connection, asked.id, asked.path["survey"])
+    return Answer(section_lists.sections_seen(connection, asked.id, survey))
+
+
 def vehicles_of_survey(connection: Connection, asked: Request[Query]) -> Answer:
     """Return how many vehicles of a survey stand where."""
     return Answer(vehicle_counts(connection, asked.id))

@@ -732,6 +732,12 @@ export interface SectionLookList {
   items: SectionLook[];
 }
 
+/** Sections of a lot's plan by their names, with what one survey saw of each; null where it did not look. */
+export interface SectionsSeen {
+  survey: string;
+  sections: ListedSection[];
+}
+
 /** A link to a lot: the page is `/shared#TOKEN`. No later answer holds the `token`. */
 export interface SharedLink {
   id: string;

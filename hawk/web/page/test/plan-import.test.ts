@@ -86,7 +86,7 @@ describe("the import of a plan from a file", () => {
   it("takes the plan within the edit, as a step that can be undone", async () => {
     await read(Response.json(PREVIEW));
     const stall = { ...SHAPE, is_confirmed: true, is_named: true };
-    answers.push(Response.json({ revision: 9, stalls: [stall], gone: [], zones: [], named_zones: [], undo: 1, redo: 0 }));
+    answers.push(Response.json({ revision: 9, stalls: [stall], gone: [], zones: [], named_zones: [], sections: [], undo: 1, redo: 0 }));
     await press("Take the plan");
     assert.deepEqual(sent[1], ["api/v1/lots/lot/plan/import/t1/take", JSON.stringify({ edit: store.open?.edit, uncertain: false })]);
     assert.equal(model.plan.plan.get("n1")?.label, "1");
@@ -97,7 +97,7 @@ describe("the import of a plan from a file", () => {
   it("says where it is not certain, and takes it so on ask", async () => {
     await read(Response.json({ ...PREVIEW, placed: { is_certain: false, doubt: "two places fit alike" } }));
     assert.match(stage.text, /It is not certain where the plan lies: two places fit alike/);
-    answers.push(Response.json({ revision: 9, stalls: [], gone: [], zones: [], named_zones: [], undo: 1, redo: 0 }));
+    answers.push(Response.json({ revision: 9, stalls: [], gone: [], zones: [], named_zones: [], sections: [], undo: 1, redo: 0 }));
     await press("Take it as it lies");
     assert.match(String(sent[1]?.[1]), /"uncertain":true/);
   });

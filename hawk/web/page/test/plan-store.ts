@@ -1,5 +1,5 @@
 import { answer, list, refusal } from "./api.ts";
-import type { Operation, PlanStall, PlanZone } from "../src/plan/values.ts";
+import type { Operation, PlanSection, PlanStall, PlanZone, SaidOfSection } from "../src/plan/values.ts";
 
 interface Edit {
   edit: string;
@@ -11,6 +11,7 @@ interface Edit {
 export class PlanStore {
   stalls = new Map<string, PlanStall>();
   zones: PlanZone[] = [];
+  sections: PlanSection[] = [];
   revision = 0;
   open: Edit | null = null;
   /** What was asked, in its order. */
@@ -43,6 +44,9 @@ export class PlanStore {
     for (const id of ids) this.changeOne(id, operation);
     if (operation.do === "draw_zone") this.zones = [...this.zones, { id: `zone-${this.revision}`, name: operation.name, kind: operation.kind, outline: operation.outline.map(([north, east]) => [north, east]) }];
     if (operation.do === "erase_zone") this.zones = this.zones.filter(({ id }) => id !== operation.zone);
+    if (operation.do === "draw_section") this.sections = [...this.sections, sectionOf(`section-${this.revision}`, operation)];
+    if (operation.do === "change_section") this.sections = this.sections.map((each) => (each.id === operation.section ? { ...each, ...sectionOf(each.id, operation) } : each));
+    if (operation.do === "remove_section") this.sections = this.sections.filter(({ id }) => id !== operation.section);
     this.revision += 1;
   }
 
@@ -70,7 +74,7 @@ export class PlanStore {
       "": { id: "lot", name: "Lot 1", datum: [48, 11] },
       surveys: list(),
       comparison: { survey: null, found: [], missed: [] },
-      plan: { lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [], named_zones: this.zones },
+      plan: { lot: "lot", revision: this.revision, edit, whole: true, stalls: [...this.stalls.values()], gone: [], zones: [], named_zones: this.zones, sections: this.sections },
     });
   }
 
@@ -128,6 +132,11 @@ export class PlanStore {
     const every = new Set([...this.stalls.keys(), ...this.before.flatMap((stalls) => [...stalls.keys()])]);
     const gone = [...every].filter((id) => !this.stalls.has(id));
     const left = { undo: this.before.length, redo: this.after.length };
-    return { edit: this.open?.edit, revision: this.revision, stalls: [...this.stalls.values()], gone, zones: [], named_zones: this.zones, ...left };
+    return { edit: this.open?.edit, revision: this.revision, stalls: [...this.stalls.values()], gone, zones: [], named_zones: this.zones, sections: this.sections, ...left };
   }
+}
+
+/** A section as the store answers it; one place every 5.5 m of 44 m where nobody says how many. */
+function sectionOf(id: string, { name, kind, capacity, note }: SaidOfSection): PlanSection {
+  return { id, name, kind, note, outline: [[0, 0], [0, 44], [-2.5, 44]], length_m: 44, capacity: capacity ?? 8, is_capacity_given: capacity !== null };
 }

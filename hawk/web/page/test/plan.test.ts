@@ -162,8 +162,8 @@ describe("stalls of a plan", () => {
 });
 
 describe("the plan as it is shown", () => {
-  const whole = (stalls: PlanStall[]) => ({ revision: 1, whole: true, stalls, gone: [], zones: [], named_zones: [], edit: null });
-  const done = { undo: 1, redo: 0, zones: [], named_zones: [], gone: [] };
+  const whole = (stalls: PlanStall[]) => ({ revision: 1, whole: true, stalls, gone: [], zones: [], named_zones: [], sections: [], edit: null });
+  const done = { undo: 1, redo: 0, zones: [], named_zones: [], sections: [], gone: [] };
 
   it("has at once what was asked for, and after the answer what the store says", () => {
     const plan = new ShownPlan();

@@ -2,7 +2,7 @@ import type { Comparison, Edited, FoundStall, Lot, Survey, Plan, PlanPreview } f
 import { answer, API, orNull, post, read, readAll, Refused } from "./api.ts";
 
 /** A plan, or what of it changed since a revision; `whole`: all of it. */
-export type PlanChange = Pick<Plan, "whole" | "stalls" | "gone" | "zones" | "named_zones" | "edit"> & { revision: number };
+export type PlanChange = Pick<Plan, "whole" | "stalls" | "gone" | "zones" | "named_zones" | "sections" | "edit"> & { revision: number };
 
 /** A lot with its plan, and what its newest registered survey saw besides. */
 export interface PlannedLot {
@@ -14,7 +14,7 @@ export interface PlannedLot {
 }
 
 /** What an operation, an undo or a redo changed; `whole`: all of the plan came. */
-export type Done = Pick<Edited, "revision" | "stalls" | "gone" | "zones" | "named_zones" | "undo" | "redo"> & { whole?: boolean };
+export type Done = Pick<Edited, "revision" | "stalls" | "gone" | "zones" | "named_zones" | "sections" | "undo" | "redo"> & { whole?: boolean };
 
 /** Why the store did not do something. `editor`: another person edits. */
 export type Refusal = Pick<Refused, "message" | "editor" | "status">;

@@ -24,6 +24,8 @@ export interface Sketch {
   /** The places are corners of an area without stalls, or of a zone. */
   area: "" | "area" | "zone";
   box: readonly Coordinate[];
+  /** The strip along a line of places. */
+  strip?: readonly Coordinate[];
   /** The shapes are those of a file that nobody has taken yet. */
   isPreview?: boolean;
 }
@@ -64,17 +66,18 @@ export function drawSeen(context: CanvasRenderingContext2D, found: readonly Rect
 export interface Area {
   ring: readonly Coordinate[];
   name: string | null;
+  isSection?: boolean;
 }
 
 /** Draws an area without stalls, or a zone. */
-export function drawArea(context: CanvasRenderingContext2D, { ring, name }: Area, sight: Sight, palette: Palette): void {
+export function drawArea(context: CanvasRenderingContext2D, { ring, name, isSection = false }: Area, sight: Sight, palette: Palette): void {
   if (ring.length < 2) return;
   const pixels = ring.map((place) => toPixel(sight, place));
   const colour = name === null ? palette.zone : palette.plan;
   path(context, pixels, true);
   context.fillStyle = `${colour}${name === null ? "33" : "1f"}`;
   context.fill();
-  strokeCased(context, colour, palette.planCase, 2, [8, 4]);
+  strokeCased(context, colour, palette.planCase, 2, isSection ? [] : [8, 4]);
 }
 
 /** Writes the name of a zone into its middle. */
@@ -85,12 +88,13 @@ export function drawAreaName(context: CanvasRenderingContext2D, { ring, name }: 
 }
 
 export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
-  const { shapes, places, area, box, isPreview } = sketch;
+  const { shapes, places, area, box, isPreview, strip = [] } = sketch;
   drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: isPreview === true ? FOUND_DASH : [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
+  drawArea(context, { ring: strip, name: "", isSection: true }, sight, palette);
   if (area !== "") drawArea(context, { ring: places, name: area === "zone" ? "" : null }, sight, palette);
   else if (pixels.length > 1) {
-    path(context, pixels.slice(0, 2));
+    path(context, strip.length > 0 ? pixels : pixels.slice(0, 2));
     strokeCased(context, palette.plan, palette.planCase, 3, []);
   }
   for (const [x, y] of pixels) drawDot(context, x, y, area === "area" ? palette.zone : palette.plan, palette.planCase);

@@ -1,4 +1,5 @@
 import { defaults as defaultInteractions } from "ol/interaction/defaults.js";
+import type Layer from "ol/layer/Layer.js";
 import OlMap from "ol/Map.js";
 import type MapBrowserEvent from "ol/MapBrowserEvent.js";
 import Projection from "ol/proj/Projection.js";
@@ -181,6 +182,11 @@ export class LotMap {
   leaveFence(): void {
     this.editor?.dispose();
     this.editor = null;
+  }
+
+  /** Adds a layer over the stalls. */
+  lay(layer: Layer): void {
+    this.map.addLayer(layer);
   }
 
   /** Brings an extent into view as large as it goes, clear of the tools at the edges. */

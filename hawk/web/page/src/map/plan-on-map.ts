@@ -119,7 +119,9 @@ export class PlanOnMap {
   }
 
   private bringInView(): void {
-    const places = [...this.editing.plan.stalls.values()].flatMap((stall) => corners(this.onMap(stall)));
+    const { stalls, sections } = this.editing.plan;
+    const rings = sections.flatMap(({ outline }) => outline.map((corner) => this.toMap(corner)));
+    const places = [...stalls.values()].flatMap((stall) => corners(this.onMap(stall))).concat(rings);
     const extent = extentOf(places);
     if (extent) this.lot.fit(extent);
   }
@@ -136,7 +138,8 @@ export class PlanOnMap {
       layer.put([...redrawn].flatMap((id) => plan.get(id) ?? []).map((stall) => this.onMap(stall)));
     }
     const areas = [...plan.zones, ...plan.named].map(({ outline, name, kind }) => ({ ring: outline.map((corner) => this.toMap(corner)), name: kind === "no_stalls" ? null : name }));
-    layer.showAreas(areas, lot.found.map((each) => shiftedShape(this.frame.toMap, each)));
+    const sections = plan.sections.map(({ outline, name }) => ({ ring: outline.map((corner) => this.toMap(corner)), name, isSection: true }));
+    layer.showAreas([...areas, ...sections], lot.found.map((each) => shiftedShape(this.frame.toMap, each)));
     this.sketched = "";
   }
 
@@ -151,7 +154,7 @@ export class PlanOnMap {
 
   private sketch(): void {
     const { drawing, incoming } = this.editing;
-    const wanted = JSON.stringify([incoming.preview?.token, drawing.tool, drawing.places, drawing.pointer, drawing.style, drawing.count, drawing.lean, drawing.double]);
+    const wanted = JSON.stringify([incoming.preview?.token, drawing.tool, drawing.places, drawing.pointer, drawing.style, drawing.count, drawing.lean, drawing.double, drawing.isStrip, drawing.side, drawing.width]);
     if (wanted === this.sketched) return;
     this.sketched = wanted;
     this.editor?.sketch(this.sketchOf());
@@ -163,12 +166,13 @@ export class PlanOnMap {
       const { begin, stay } = incoming.preview;
       return { ...NO_SKETCH, shapes: [...begin, ...stay].map((each) => shiftedShape(this.frame.toMap, each)), isPreview: true };
     }
-    const places = drawing.isRing && drawing.pointer && drawing.places.length > 0 ? [...drawing.places, drawing.pointer] : drawing.places;
+    const { course, strip } = drawing;
     const shapes = drawing.tool === "row" ? drawing.rowStalls : drawing.tool === "stall" && drawing.pointer ? [this.newStall(drawing.pointer, false)] : [];
     if (drawing.tool === "choose" || drawing.tool === "box") return NO_SKETCH;
     const row = drawing.row;
-    const ends = drawing.tool === "row" && row && drawing.places.length > 0 ? [...row.front, ...drawing.places.slice(2)] : places;
-    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), area: drawing.tool === "area" || drawing.tool === "zone" ? drawing.tool : "", box: [] };
+    const ends = drawing.tool === "row" && row && drawing.places.length > 0 ? [...row.front, ...drawing.places.slice(2)] : course;
+    const area = drawing.tool === "area" ? "area" : drawing.isRing || (drawing.tool === "section" && !drawing.isStrip) ? "zone" : "";
+    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), area, box: [], strip: strip.map((each) => this.toMap(each)) };
   }
 
   private clicked(place: Coordinate, id: string | null, how: Touching): void {
@@ -220,7 +224,7 @@ export class PlanOnMap {
     if (free) return place;
     const near = this.around([place]);
     const [start, end] = drawing.places;
-    if (drawing.isRing || !start) return drawing.isRing ? place : snapPlace(place, near);
+    if (drawing.isFree || !start) return drawing.isFree ? place : snapPlace(place, near);
     const { usual } = plan.summary;
     const isParallel = drawing.style === "parallel";
     const pitch = isParallel ? usual.length : usual.width / Math.cos(drawing.leanAngle);

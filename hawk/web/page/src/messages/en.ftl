@@ -665,6 +665,7 @@ plan-tool-row = Add row
 plan-tool-area = No stalls
 plan-tool-area-aloud = No stalls: an area without stalls
 plan-tool-zone = Zone
+plan-tool-section = Section
 plan-redo = Redo
 plan-choose-line =
     { $pointer ->
@@ -703,6 +704,11 @@ plan-zone-line =
     { $pointer ->
         [finger] Tap corners around stalls that are counted together.
        *[mouse] Click corners around stalls that are counted together.
+    }
+plan-section-line =
+    { $pointer ->
+        [finger] Tap along a kerb, or around an area: the vehicles in it are counted.
+       *[mouse] Click along a kerb, or around an area: the vehicles in it are counted.
     }
 plan-chosen =
     { $stalls ->
@@ -786,6 +792,52 @@ plan-zone-name = Name of the zone
 plan-zone-add = Add the zone
 plan-zones = Zones
 plan-zone-erase-of = Remove the zone { $name }
+sections = Sections
+section-shape = Shape
+section-shape-strip = Strip
+section-shape-area = Area
+section-side = Side of the line
+section-side-right = right
+section-side-left = left
+section-name = Name of the section
+section-kind = Vehicles stand
+section-kind-parallel = along the kerb
+section-kind-across = across the kerb
+section-kind-any = in any way
+section-capacity = Places; empty: by the length
+section-note = Note: permit, loading, disabled
+section-add = Add the section
+section-change = Change
+section-change-of = Change the section { $name }
+section-remove-of = Remove the section { $name }
+section-of = Section { $name }
+section-parked = { $parked } of { $capacity } parked
+# $words: as section-parked
+section-full = { $words }, full
+section-over = { $words }, over-full
+section-vehicles =
+    { $parked ->
+        [one] 1 vehicle
+       *[other] { $parked } vehicles
+    }
+section-unseen = not seen
+section-interval = { $least } to { $most }, 9 times in 10.
+section-room =
+    { $room ->
+        [0] No room for another one.
+       *[other] Room for { $room } more.
+    }
+section-capacity-given = { $capacity } places, as a person says
+section-capacity-by-length = { $capacity } places by its length
+section-no-capacity = nobody says how many places
+section-hidden = { $hidden } % is hidden.
+section-not-seen = { $unseen } % was not seen.
+section-by-stalls = Taken stalls are counted: no vehicles are known.
+# Heads of the list of sections
+section-head = Section
+section-head-parked = Parked
+section-head-between = 9 times in 10
+section-head-room = Room
 plan-import = Import a plan
 plan-import-reads = Reads the file…
 plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.

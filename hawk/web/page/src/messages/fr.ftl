@@ -654,6 +654,7 @@ plan-tool-row = Rangée
 plan-tool-area = Sans places
 plan-tool-area-aloud = Sans places : une zone sans places
 plan-tool-zone = Zone
+plan-tool-section = Section
 plan-redo = Rétablir
 plan-choose-line =
     { $pointer ->
@@ -692,6 +693,11 @@ plan-zone-line =
     { $pointer ->
         [finger] Touchez les sommets autour de places à compter ensemble.
        *[mouse] Cliquez sur les sommets autour de places à compter ensemble.
+    }
+plan-section-line =
+    { $pointer ->
+        [finger] Touchez le long d’un trottoir, ou autour d’une surface : les véhicules y sont comptés.
+       *[mouse] Cliquez le long d’un trottoir, ou autour d’une surface : les véhicules y sont comptés.
     }
 plan-chosen =
     { $stalls ->
@@ -773,6 +779,56 @@ plan-zone-name = Nom de la zone
 plan-zone-add = Ajouter la zone
 plan-zones = Zones
 plan-zone-erase-of = Enlever la zone { $name }
+sections = Sections
+section-shape = Forme
+section-shape-strip = Bande
+section-shape-area = Surface
+section-side = Côté du tracé
+section-side-right = droite
+section-side-left = gauche
+section-name = Nom de la section
+section-kind = Les véhicules stationnent
+section-kind-parallel = le long du trottoir
+section-kind-across = en travers du trottoir
+section-kind-any = sans ordre particulier
+section-capacity = Places ; vide : selon la longueur
+section-note = Note : riverains, livraisons, handicapés
+section-add = Ajouter la section
+section-change = Modifier
+section-change-of = Modifier la section { $name }
+section-remove-of = Retirer la section { $name }
+section-of = Section { $name }
+section-parked =
+    { $parked ->
+        [one] { $parked } garé sur { $capacity }
+       *[other] { $parked } garés sur { $capacity }
+    }
+# $words: as section-parked
+section-full = { $words }, plein
+section-over = { $words }, plus que plein
+section-vehicles =
+    { $parked ->
+        [one] { $parked } véhicule
+       *[other] { $parked } véhicules
+    }
+section-unseen = pas vue
+section-interval = { $least } à { $most }, 9 fois sur 10.
+section-room =
+    { $room ->
+        [0] Pas de place pour un autre.
+       *[other] Place pour { $room } de plus.
+    }
+section-capacity-given = { $capacity } places, selon une personne
+section-capacity-by-length = { $capacity } places selon sa longueur
+section-no-capacity = nombre de places non indiqué
+section-hidden = { $hidden } % est caché.
+section-not-seen = { $unseen } % n’a pas été vu.
+section-by-stalls = Les places occupées sont comptées : aucun véhicule n’est connu.
+# Heads of the list of sections
+section-head = Section
+section-head-parked = Garés
+section-head-between = 9 fois sur 10
+section-head-room = Place libre
 plan-import = Importer un plan
 plan-import-reads = Lit le fichier…
 plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.

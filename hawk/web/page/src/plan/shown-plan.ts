@@ -1,5 +1,5 @@
 import type { Done, PlanChange } from "../link/plan.ts";
-import { type Operation, type PlanStall, type PlanZone, rowsOf, usualSize } from "./values.ts";
+import { type Operation, type PlanSection, type PlanStall, type PlanZone, rowsOf, usualSize } from "./values.ts";
 
 export interface Summary {
   /** Width and length that most stalls have about, metres. */
@@ -19,6 +19,8 @@ export class ShownPlan {
   zones: readonly PlanZone[] = [];
   /** Zones whose stalls are counted together. */
   named: readonly PlanZone[] = [];
+  /** Strips and areas whose vehicles are counted. */
+  sections: readonly PlanSection[] = [];
   revision = 0;
   private readonly known = new Map<string, PlanStall>();
   private sum: Summary | null = null;
@@ -54,11 +56,12 @@ export class ShownPlan {
     return changed;
   }
 
-  private put(gone: Iterable<string>, { revision, stalls, zones, named_zones }: PlanChange | Done, waiting: readonly Operation[]): Set<string> {
+  private put(gone: Iterable<string>, { revision, stalls, zones, named_zones, sections }: PlanChange | Done, waiting: readonly Operation[]): Set<string> {
     const changed = new Set<string>();
     this.revision = revision;
     this.zones = zones;
     this.named = named_zones;
+    this.sections = sections;
     for (const id of gone) this.known.delete(id);
     for (const stall of stalls) this.known.set(stall.id, stall);
     for (const id of gone) this.show(id, waiting, changed);

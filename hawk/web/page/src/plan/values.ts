@@ -1,7 +1,7 @@
-import type { PlanStall, PlanZone } from "../api.ts";
+import type { PlanSection, PlanStall, PlanZone } from "../api.ts";
 import type { Rectangle } from "../map/geometry.ts";
 
-export type { PlanStall, PlanZone };
+export type { PlanSection, PlanStall, PlanZone };
 
 /** North, east: metres in the lot's frame. */
 export type Spot = readonly [number, number];
@@ -52,7 +52,20 @@ export type Operation =
   | { do: "add_row"; front: readonly [Spot, Spot]; far: Spot; count: number; lean?: number; parallel?: boolean; double?: boolean; kind: Kind }
   | { do: "forbid"; outline: readonly Spot[]; name: string }
   | { do: "draw_zone"; outline: readonly Spot[]; name: string; kind: Kind }
-  | { do: "allow" | "erase_zone"; zone: string };
+  | { do: "allow" | "erase_zone"; zone: string }
+  | ({ do: "draw_section" } & SaidOfSection & ({ line: readonly Spot[]; side: Side; width: number } | { outline: readonly Spot[] }))
+  | ({ do: "change_section"; section: string } & SaidOfSection)
+  | { do: "remove_section"; section: string };
+
+export type Side = "left" | "right";
+
+/** What a person says of a section; `capacity`: null where it follows from the length. */
+export interface SaidOfSection {
+  name: string;
+  kind: PlanSection["kind"];
+  capacity: number | null;
+  note: string;
+}
 
 /** Stalls by their ids, or all of them. */
 export type Chosen = { stalls: string[] } | { all: true };

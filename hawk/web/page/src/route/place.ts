@@ -11,6 +11,7 @@ export interface Place {
   before: string;
   after: string;
   stall: string;
+  section: string;
   /** File name of a recording, and seconds of its film. */
   recording: string;
   t: string;
@@ -29,7 +30,7 @@ export interface Place {
   show: "" | (typeof SHOWN)[number];
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "" };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "" };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
 const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after" | "recording")[]>> = {
   fly: ["lot"],
@@ -40,7 +41,7 @@ const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "
 };
 const RECORDING = /^[0-9TZ-]{16,24}\.mcap$/;
 const SECONDS = /^\d{1,6}(\.\d)?$/;
-const PART = /^(row|zone|kind)\../;
+const PART = /^(row|zone|kind|section)\../;
 const DAYS = /^(mon|tue|wed|thu|fri|sat|sun)([,-](mon|tue|wed|thu|fri|sat|sun))*$/;
 const SHARE = /^(0|1|\.\d{1,3})$/;
 const ID = /^[0-9a-f-]{36}$/;
@@ -54,6 +55,7 @@ export function placeOf(hash: string): Place {
   for (const [k, key] of PATHS[name].entries()) place[key] = read(ids[k], key === "recording" ? RECORDING : ID);
   const given = new URLSearchParams(search);
   place.stall = read(given.get("stall"), ID);
+  place.section = read(given.get("section"), ID);
   place.t = read(given.get("t"), SECONDS);
   place.from = read(given.get("from"), { test: isDay });
   place.to = read(given.get("to"), { test: (to) => isDay(to) && to >= place.from });
@@ -99,9 +101,9 @@ function read(value: string | null | undefined, pattern: { test: (value: string)
 
 /** The address of a place, with what differs from none. */
 export function hashOf(place: Place): string {
-  const { stall, t, parts, days, hours, from, to, by, at, show } = place;
+  const { stall, section, t, parts, days, hours, from, to, by, at, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
-  const given = Object.entries({ stall, t, days, hours, from, to, by, at, show }).filter(([, value]) => value !== "");
+  const given = Object.entries({ stall, section, t, days, hours, from, to, by, at, show }).filter(([, value]) => value !== "");
   const search = new URLSearchParams([...parts.map((part) => ["part", part]), ...given]).toString();
   return `#/${path}${search && `?${search}`}`;
 }

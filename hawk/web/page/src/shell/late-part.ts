@@ -7,6 +7,7 @@ export const READING = {
   maps: () => import("../parts/maps.ts"),
   figures: () => import("../parts/figures.ts"),
   fence: () => import("../parts/fence.ts"),
+  section: () => import("../ui/plan-section.ts"),
 };
 
 /** A part of the page that is read when it is wanted first. */

@@ -1,25 +1,29 @@
 import { countFor, frontLength, MOST_IN_ROW, rowShapes, STEEPEST_DEG } from "../plan/rows.ts";
-import { type Kind, type Operation, type RowSketch, type Spot } from "../plan/values.ts";
+import { stripOf } from "../plan/strip.ts";
+import { type Kind, type Operation, type RowSketch, type SaidOfSection, type Side, type Spot } from "../plan/values.ts";
 import type { Rectangle } from "../map/geometry.ts";
 
 /** What a click on the map means. */
-export type PlanTool = "choose" | "box" | "stall" | "row" | "area" | "zone";
+export type PlanTool = "choose" | "box" | "stall" | "row" | "area" | "zone" | "section";
 
 export type RowStyle = "square" | "angled" | "parallel";
 const USUAL_LEAN = 45;
 const LEAST_AREA = 3;
+const LEAST_LINE = 2;
+/** Usual width of a strip along a kerb, metres. */
+const STRIP_M = 2.5;
 
 /** The edit of a plan that is drawn on. */
 export interface DrawnOn {
   /** What was refused last; another tool forgets it. */
   problem: string;
-  readonly plan: { readonly summary: { readonly usual: { readonly width: number; readonly length: number } }; readonly named: readonly { readonly name: string }[] };
+  readonly plan: { readonly summary: { readonly usual: { readonly width: number; readonly length: number } }; readonly named: readonly { readonly name: string }[]; readonly sections: readonly { readonly name: string }[] };
   readonly selection: { clear(): void };
   do(operation: Operation): void;
   drawAgain(): void;
 }
 
-/** What is being drawn on a plan: a row by three places, or the corners of an area without stalls or of a zone. Lengths in metres. */
+/** What is being drawn on a plan: a row by three places, a section by the line of its kerb, or the corners of an area. Lengths in metres. */
 export class PlanDrawing {
   tool: PlanTool = "choose";
   style: RowStyle = "square";
@@ -29,7 +33,11 @@ export class PlanDrawing {
   lean = String(USUAL_LEAN);
   double = false;
   kind: Kind = "";
-  /** Places of a row, or corners of a ring. */
+  /** A section is a strip on a side of the line that is drawn; else the line is its outline. */
+  isStrip = true;
+  side: Side = "right";
+  width = STRIP_M;
+  /** Places of a row or a line, or corners of a ring. */
   places: readonly Spot[] = [];
   /** Where the pointer is. */
   pointer: Spot | null = null;
@@ -54,7 +62,7 @@ export class PlanDrawing {
   }
 
   /** Changes how the row is drawn. */
-  set(changes: Partial<Pick<PlanDrawing, "style" | "count" | "lean" | "double" | "kind">>): void {
+  set(changes: Partial<Pick<PlanDrawing, "style" | "count" | "lean" | "double" | "kind" | "isStrip" | "side" | "width">>): void {
     Object.assign(this, changes);
     this.editing.drawAgain();
   }
@@ -108,9 +116,24 @@ export class PlanDrawing {
     return this.tool === "area" || this.tool === "zone";
   }
 
+  /** Whether places are taken as they are: nothing is snapped to. */
+  get isFree(): boolean {
+    return this.isRing || this.tool === "section";
+  }
+
+  /** Places with that of the pointer as the next one. */
+  get course(): readonly Spot[] {
+    return this.isFree && this.pointer && this.places.length > 0 ? [...this.places, this.pointer] : this.places;
+  }
+
+  /** The strip of a section as it is drawn; empty while there is none. */
+  get strip(): readonly Spot[] {
+    return this.tool === "section" && this.isStrip ? stripOf(this.course, this.width, this.side) : [];
+  }
+
   /** Whether what is drawn can be added. */
   get isWhole(): boolean {
-    if (this.isRing) return this.places.length >= LEAST_AREA;
+    if (this.isFree) return this.places.length >= (this.tool === "section" && this.isStrip ? LEAST_LINE : LEAST_AREA);
     return this.tool === "row" && this.places.length === 3 && this.rowStalls.length > 0;
   }
 
@@ -126,7 +149,18 @@ export class PlanDrawing {
       const how = { ...(lean === 0 ? {} : { lean }), ...(this.style === "parallel" ? { parallel: true } : {}), ...(this.double ? { double: true } : {}) };
       this.editing.do({ do: "add_row", front, far, count, ...how, kind: this.kind });
     }
-    if (isTaken) return;
+    if (!isTaken) this.beginAgain();
+  }
+
+  /** Adds a section to the plan. One whose name another one has keeps its places: it is refused. */
+  finishSection(said: SaidOfSection): void {
+    const { places, side, width } = this;
+    if (!this.isWhole) return;
+    this.editing.do({ do: "draw_section", ...said, ...(this.isStrip ? { line: places, side, width } : { outline: places }) });
+    if (!this.editing.plan.sections.some(({ name }) => name === said.name)) this.beginAgain();
+  }
+
+  private beginAgain(): void {
     this.places = [];
     this.pointer = null;
     this.count = "";

@@ -28,6 +28,7 @@ const PATHS = {
   clear: svg`<path d="M4.5 6.5h15M9.5 6V4h5v2M6.5 6.5l1 13.5h9l1-13.5M10.5 10.5v6M13.5 10.5v6"/>`,
   square: svg`<path d="M5 5h14v14H5z"/>`,
   zone: svg`<path d="M4.5 4.5h15v15h-15zM4.5 12l7.5-7.5M4.5 19.5l15-15M12 19.5l7.5-7.5"/>`,
+  kerb: svg`<path d="M4 20V4M9 4h11v16H9zM9 12h11"/>`,
   measure: svg`<path d="M3.5 15.5l12-12 5 5-12 12zM7.5 11.5l2 2M10.5 8.5l3 3M13.5 5.5l2 2"/>`,
   layers: svg`<path d="M12 3.5L21.5 9 12 14.5 2.5 9zM3 13.5l9 5.5 9-5.5"/>`,
   play: svg`<path d="M7 4.5v15l12-7.5z" fill="currentColor"/>`,

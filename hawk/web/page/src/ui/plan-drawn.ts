@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type Kind, KINDS } from "../plan/values.ts";
+import { readSectionForm } from "../shell/views.ts";
 import type { PlanDrawing, RowStyle } from "../state/plan-drawing.ts";
 import { kindWords } from "../words/plan.ts";
 import { say } from "../words/say.ts";
@@ -14,6 +15,10 @@ export class PlanDrawn extends Part {
   override render(): TemplateResult {
     const { drawing } = this.model.plan;
     if (drawing.isRing) return this.ring(drawing);
+    if (drawing.tool === "section") {
+      readSectionForm();
+      return html`<hawk-plan-section .model=${this.model}></hawk-plan-section>`;
+    }
     return html`<div class="drawn">
       ${drawing.tool === "row" ? this.row(drawing) : nothing} ${kinds(drawing)} ${drawing.tool === "row" ? this.ending(drawing) : nothing}
     </div>`;

@@ -5,13 +5,14 @@ import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon, type IconName } from "./icons.ts";
 
-const TOOLS: readonly { tool: PlanTool; label: "plan-tool-choose" | "plan-tool-box" | "plan-tool-row" | "plan-tool-stall" | "plan-tool-area" | "plan-tool-zone"; name: IconName; aloud?: "plan-tool-area-aloud" }[] = [
+const TOOLS: readonly { tool: PlanTool; label: "plan-tool-choose" | "plan-tool-box" | "plan-tool-row" | "plan-tool-stall" | "plan-tool-area" | "plan-tool-zone" | "plan-tool-section"; name: IconName; aloud?: "plan-tool-area-aloud" }[] = [
   { tool: "choose", label: "plan-tool-choose", name: "pointer" },
   { tool: "box", label: "plan-tool-box", name: "box" },
   { tool: "row", label: "plan-tool-row", name: "row" },
   { tool: "stall", label: "plan-tool-stall", name: "plus" },
   { tool: "area", label: "plan-tool-area", aloud: "plan-tool-area-aloud", name: "zone" },
   { tool: "zone", label: "plan-tool-zone", name: "square" },
+  { tool: "section", label: "plan-tool-section", name: "kerb" },
 ];
 
 /** What a click on the map means while a plan is corrected, with undo and redo, over the map's upper edge. */

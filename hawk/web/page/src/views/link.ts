@@ -1,4 +1,4 @@
-import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, StallsUse, Survey, SurveyGround, SurveyMap, SurveysUse } from "../api.ts";
+import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, SectionsSeen, StallsUse, Survey, SurveyGround, SurveyMap, SurveysUse } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { API, orNull, type Part, query, read, readAll, readByLink } from "../link/api.ts";
 import type { Place } from "../route/place.ts";
@@ -105,6 +105,11 @@ export class LotSource {
   async looks(stall: string): Promise<Observation[]> {
     const { items } = await this.once<Part<Observation>>(`observations${query({ stall, order: "newest", limit: String(LOOKS_SHOWN) })}`);
     return items;
+  }
+
+  /** The sections of the lot with what a survey saw of each. */
+  sections(survey: string): Promise<SectionsSeen> {
+    return this.once(`surveys/${survey}/sections`);
   }
 
   map(survey: string): Promise<SurveyMap> {

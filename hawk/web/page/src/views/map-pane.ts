@@ -2,6 +2,7 @@ import { API } from "../link/api.ts";
 import type { Arrived } from "../map/ground-tiles.ts";
 import type { Scene } from "../map/flight-scene.ts";
 import { LotMap, type LotMapEvents } from "../map/lot-map.ts";
+import { SectionsLayer } from "../map/sections-layer.ts";
 import { MapStore, type Stall } from "../state/map-store.ts";
 import { ALL_LAYERS } from "../state/preferences.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
@@ -15,11 +16,13 @@ export class MapPane {
   source: SurveyOnMap | null = null;
   /** How much of the survey's pictures is drawn, with its stalls. */
   drawn: Arrived | null = null;
+  readonly sections = new SectionsLayer();
   private readonly store = new MapStore();
 
   constructor(holder: HTMLElement, events: LotMapEvents, beside: MapPane | null = null) {
     this.map = new LotMap(holder, GRID, events, false, beside?.map ?? null);
     this.map.showLayers(ALL_LAYERS, null);
+    this.map.lay(this.sections);
     if (beside) this.map.stay();
   }
 

@@ -1,12 +1,13 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { Observation, StallsUse, SurveysUse } from "../api.ts";
+import type { ListedSection, Observation, SectionsSeen, StallsUse, SurveysUse } from "../api.ts";
 import { rowMarks } from "../map/draw-labels.ts";
 import { css, HEAT } from "../map/stall-style.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
 import "./survey-map.ts";
+import { sectionsTable } from "./sections.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import { Asked, View } from "./view.ts";
 
@@ -16,6 +17,7 @@ export class StallsView extends View {
   private readonly heat = new Asked<StallsUse>(this);
   private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<SurveyOnMap | null>(this);
+  private readonly sections = new Asked<SectionsSeen>(this);
   private readonly looks = new Asked<Observation[]>(this);
   private readonly coloured = kept(byShare);
 
@@ -25,7 +27,10 @@ export class StallsView extends View {
     this.heat.ask(key, () => this.source.heat({ from, to }));
     this.listed.ask(key, () => this.source.surveys({ from, to }));
     const newest = this.listed.value?.surveys.find((row) => row.left_out_code === "");
-    if (newest) this.shown.ask(newest.id, () => this.source.onMap(newest.id));
+    if (newest) {
+      this.shown.ask(newest.id, () => this.source.onMap(newest.id));
+      this.sections.ask(`${newest.id} ${this.revision}`, () => this.source.sections(newest.id));
+    }
     if (stall !== "") this.looks.ask(`${stall} ${this.revision}`, () => this.source.looks(stall));
   }
 
@@ -37,9 +42,10 @@ export class StallsView extends View {
     if (heat.ids.length === 0 || heat.surveys_in_period === 0) return html`<p>${say("archive-none-counts")}</p>`;
     return html`<div class="lot stalls">
       ${shown === null ? nothing : html`<hawk-survey-map .source=${this.coloured(shown, heat)} .chosen=${this.place.stall} .known=${this.known(heat)} .legend=${legend()} .label=${say("archive-heat")} .theme=${document.documentElement.dataset.theme ?? ""}
-        @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>`}
+        .sections=${this.sections.value?.sections ?? NO_SECTIONS} .section=${this.place.section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })}
+        @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail, section: "" })}></hawk-survey-map>`}
       <section class="card about" aria-label=${say("archive-stalls")}><p>${say("archive-heat-note", { surveys: heat.surveys_in_period })}</p>
-        ${this.place.stall === "" ? nothing : this.one(heat)} ${this.list(heat)}</section></div>`;
+        ${this.place.stall === "" ? nothing : this.one(heat)} ${sectionsTable(this.sections.value?.sections ?? NO_SECTIONS, this.place.section, (section) => this.go({ section, stall: "" }))} ${this.list(heat)}</section></div>`;
   }
 
   private list(heat: StallsUse): TemplateResult {
@@ -66,6 +72,8 @@ export class StallsView extends View {
       )}</ol></section>`;
   }
 }
+
+const NO_SECTIONS: readonly ListedSection[] = [];
 
 function stateKey(state: string): "archive-state-free" | "archive-state-taken" | "archive-state-unknown" {
   return state === "free" ? "archive-state-free" : state === "taken" ? "archive-state-taken" : "archive-state-unknown";

@@ -1,14 +1,18 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
-import { cardPlace, type Extent, scaleBar } from "../map/geometry.ts";
+import { cardPlace, corners, type Extent, extentOf, scaleBar, toCoordinate } from "../map/geometry.ts";
 import type { Arrived } from "../map/ground-tiles.ts";
 import type { Stall } from "../state/map-store.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { icon, type IconName } from "../ui/icons.ts";
 import { swatch } from "../ui/swatch.ts";
 import * as format from "../words/format.ts";
-import { capital, number, say } from "../words/say.ts";
+import type { ListedSection } from "../api.ts";
+import type { LocalPlane } from "../fence/plane.ts";
+import { middleOf, type SectionShape } from "../map/sections-layer.ts";
+import type { Point } from "../protocol.ts";
+import { capital, language, number, say } from "../words/say.ts";
 import { likelihood } from "../words/stall.ts";
 import type { Operator } from "../state/operator.ts";
 import { ALL_LAYERS } from "../state/preferences.ts";
@@ -16,11 +20,13 @@ import { PlanOnMap } from "../map/plan-on-map.ts";
 import "../ui/plan-tools.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { MapPane } from "./map-pane.ts";
+import { sectionCard, shapesOf } from "./sections.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import { swipeHandle } from "./swipe.ts";
 
 const ZOOM = 1.6;
 const NOBODY = new EventTarget();
+const NONE: readonly SectionShape[] = [];
 const LONGEST_BAR_PX = 120;
 /** Height of the cards of two surveys, with the room about them. */
 const CARDS_PX = 88;
@@ -54,6 +60,9 @@ export class SurveyMap extends LitElement {
   @property({ attribute: false }) earlier: ReadonlyMap<string, string> = new Map();
   /** Id of the stall that was chosen. */
   @property() chosen = "";
+  /** Sections with what the survey counted in them, and the id of the one that was chosen. */
+  @property({ attribute: false }) sections: readonly ListedSection[] = [];
+  @property() section = "";
   /** What lies over the survey: the drone, say. */
   @property({ attribute: false }) scene: Scene = EMPTY_SCENE;
   /** What is shown first, and is the whole; null: all stalls. */
@@ -71,6 +80,12 @@ export class SurveyMap extends LitElement {
   @property({ attribute: false }) isPlanning = false;
   @state() private metres = "";
   private plan: PlanOnMap | null = null;
+  private shapes: readonly SectionShape[] = [];
+  private drawnSections: readonly ListedSection[] = [];
+  private drawnPlane: LocalPlane | undefined;
+  private spoken = "";
+  /** The section that was brought into view last. */
+  private brought = "";
   private panes: MapPane[] = [];
 
   constructor() {
@@ -111,6 +126,7 @@ export class SurveyMap extends LitElement {
       </div>
       <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.isPlanning ? nothing : this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
       ${shown.some((stall) => stall !== undefined) ? this.card(shown) : nothing}
+      ${this.chosenSection ? sectionCard(this.chosenSection, () => this.chooseSection("")) : nothing}
     </section>`;
   }
 
@@ -127,6 +143,10 @@ export class SurveyMap extends LitElement {
       <div class="modes" role="group" aria-label=${say("compare-modes")}>${(["swipe", "fade", "side"] as const).map(
         (by) => html`<button aria-pressed=${by === this.by} @click=${() => this.dispatchEvent(new CustomEvent<By>("by", { detail: by, bubbles: true }))}>${say(`compare-${by}`)}</button>`,
       )}</div>`;
+  }
+
+  private get chosenSection(): ListedSection | undefined {
+    return this.isPlanning ? undefined : this.sections.find(({ id }) => id === this.section);
   }
 
   private cardWords(index: number): string {
@@ -159,11 +179,28 @@ export class SurveyMap extends LitElement {
     if (changed.has("theme") && changed.get("theme") !== undefined) for (const { map } of this.panes) map.recolour();
     const isOther = this.panes.map((pane, index) => pane.show((index === 0 ? this.source : this.later) ?? null));
     this.markDrawn();
-    if (isOther[0]) this.showWhole();
+    const isNew = this.showSections();
+    if (isOther[0] || (isNew && this.source?.stalls.length === 0)) this.showWhole();
+    this.bringSection();
     this.showPlan(changed.has("isPlanning"));
     this.panes.forEach((pane, index) => pane.mark(index === 0 ? this.scene : EMPTY_SCENE, this.marked, pane.stall(this.idIn(index))));
     if (isOther.includes(true)) this.requestUpdate(); // now the stall that was chosen has a card
     this.placeMarks();
+  }
+
+  /** The sections on the survey's map: while the plan is open the plan's are there. Returns whether they are the first ones. */
+  private showSections(): boolean {
+    const [pane] = this.panes;
+    const plane = this.source?.plane;
+    if (this.sections !== this.drawnSections || plane !== this.drawnPlane || language() !== this.spoken) {
+      Object.assign(this, { drawnSections: this.sections, drawnPlane: plane, spoken: language() });
+      const before = this.shapes.length;
+      this.shapes = plane ? shapesOf(this.sections, plane) : [];
+      pane?.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
+      return before === 0 && this.shapes.length > 0;
+    }
+    pane?.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
+    return false;
   }
 
   /** The plan lies where the survey does: their frames are those of the lot. */
@@ -193,7 +230,11 @@ export class SurveyMap extends LitElement {
     while (this.panes.length > holders.length) this.panes.pop()?.map.dispose();
     for (const [index, holder] of holders.entries()) {
       if (this.panes[index]) continue;
-      const clicked = (_: unknown, stall: number | null): void => this.choose(this.laterId(index, this.panes[index]?.idOf(stall) ?? ""));
+      const clicked = (place: Point, stall: number | null): void => {
+        const section = stall === null ? (this.panes[index]?.sections.at(toCoordinate(place)) ?? "") : "";
+        if (section !== "" || this.section !== "") this.chooseSection(section);
+        if (section === "") this.choose(this.laterId(index, this.panes[index]?.idOf(stall) ?? ""));
+      };
       const looking = (how: string): void => {
         if (how === "free") this.panes.forEach(({ map }, other) => (other === index ? undefined : map.stay()));
       };
@@ -216,7 +257,10 @@ export class SurveyMap extends LitElement {
   }
 
   private showWhole(): void {
-    if (this.extent) this.panes[0]?.map.fit(this.extent);
+    const rings = this.shapes.flatMap(({ ring }) => ring);
+    const around = rings.length > 0 ? extentOf([...rings, ...(this.source?.stalls ?? []).flatMap(corners)]) : null;
+    const extent = this.extent ?? around;
+    if (extent) this.panes[0]?.map.fit(extent);
     else this.panes[0]?.map.look("whole");
   }
 
@@ -231,8 +275,34 @@ export class SurveyMap extends LitElement {
     return [...this.earlier].find(([, before]) => before === id)?.[0] ?? id;
   }
 
+  private chooseSection(section: string): void {
+    this.dispatchEvent(new CustomEvent<string>("section", { detail: section, bubbles: true }));
+  }
+
   private choose(stall: string): void {
     this.dispatchEvent(new CustomEvent<string>("stall", { detail: stall, bubbles: true }));
+  }
+
+  /** Brings a section into view that was chosen elsewhere than on the map. */
+  private bringSection(): void {
+    const shape = this.shapes.find(({ id }) => id === this.section);
+    const isOther = this.brought !== this.section;
+    if (!shape) this.brought = "";
+    if (!shape || !isOther || this.isPlanning) return;
+    this.brought = this.section;
+    this.panes[0]?.map.bringInView(shape.ring);
+  }
+
+  /** Puts the card of a section beside its middle. */
+  private placeSection({ map }: MapPane): void {
+    const [card, frame] = [this.querySelector<HTMLElement>("[data-section]"), this.querySelector<HTMLElement>(".map")];
+    const shape = this.shapes.find(({ id }) => id === this.section);
+    if (!card || !frame || !shape) return;
+    const [east, north] = middleOf(shape.ring);
+    const pixel = map.pixelOf({ North: north, East: east });
+    if (!pixel) return;
+    const [left, top] = cardPlace(pixel, card, frame);
+    card.style.transform = `translate(${left}px, ${top}px)`;
   }
 
   /** Brings a stall into view. */
@@ -252,6 +322,7 @@ export class SurveyMap extends LitElement {
     const { length, pixels } = scaleBar(first.map.resolution, LONGEST_BAR_PX);
     this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
     this.metres = format.scaleLength(length, "metres");
+    this.placeSection(first);
     const [card, frame] = [this.querySelector<HTMLElement>("[data-stall]"), this.querySelector<HTMLElement>(".map")];
     if (!card || !frame) return;
     for (const crop of card.querySelectorAll<HTMLCanvasElement>(".crop")) {

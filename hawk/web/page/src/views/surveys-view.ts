@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
-import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
+import type { ListedSection, Recording, SectionsSeen, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
 import type { Operator } from "../state/operator.ts";
@@ -11,6 +11,7 @@ import { byRow, inOrder } from "./compare-words.ts";
 import { moment, share } from "./figures.ts";
 import { type Period, recordingsOf } from "./link.ts";
 import "./changes-list.ts";
+import { sectionsTable } from "./sections.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import "./time-bar.ts";
@@ -25,6 +26,7 @@ export class SurveysView extends View {
   private readonly listed = new Asked<SurveysUse>(this);
   private period: Period | null = null;
   private readonly shown = new Asked<SurveyOnMap | null>(this);
+  private readonly sections = new Asked<SectionsSeen>(this);
   private readonly films = new Asked<Recording[]>(this);
   @property({ attribute: false }) operator: Operator | null = null;
   /** Id of the survey whose deletion is asked about. */
@@ -41,6 +43,7 @@ export class SurveysView extends View {
     const survey = this.chosen()?.id ?? (this.about.problem === "" ? named : "");
     if (survey === "") return;
     this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
+    this.sections.ask(`${lot} ${survey} ${this.revision}`, () => this.source.sections(survey));
     this.films.ask(lot, () => this.source.recordings());
   }
 
@@ -129,11 +132,13 @@ export class SurveysView extends View {
   }
 
   private one(row: SurveyUse): TemplateResult {
-    const { value, problem } = this.shown;
+    const { value } = this.shown;
+    const problem = this.shown.problem || this.sections.problem;
+    const sections = this.sections.value?.survey === row.id ? this.sections.value.sections : NO_SECTIONS;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
     const stalls = row.free + row.taken + row.unknown;
     const title = say("archive-survey-of", { when: moment(row.at, this.about.value?.clock) });
-    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} .operator=${this.operator} .isPlanning=${this.isPlanning} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}></hawk-survey-map>
+    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} .operator=${this.operator} .isPlanning=${this.isPlanning} .sections=${sections} .section=${this.place.section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail, section: "" })}></hawk-survey-map>
       ${this.isPlanning ? html`<hawk-plan .model=${this.operator} placed="survey"></hawk-plan>` : html`<section class="card about" aria-label=${title}>
         ${this.isGone(row) ? html`<p role="alert">${say("survey-gone")}</p>` : nothing}
         <h2>${title}</h2>
@@ -141,7 +146,7 @@ export class SurveysView extends View {
         ${row.found === stalls ? nothing : html`<p class="sub">${say("survey-found", { found: row.found, stalls })}</p>`}
         <p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
-        ${value === null ? nothing : rows(value)}
+        ${value === null ? nothing : rows(value)} ${sectionsTable(sections, this.place.section, (section) => this.go({ section, stall: "" }))}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[sourceOf(row), say("archive-program", { program: row.program })].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
@@ -198,6 +203,8 @@ function rows({ stalls }: SurveyOnMap): TemplateResult | typeof nothing {
   return html`<table class="rows"><thead><tr><th scope="col">${say("archive-row")}</th>${COUNTED.map((state) => html`<th scope="col">${say(state)}</th>`)}</tr></thead>
     <tbody>${found.map(([row, all]) => html`<tr><th scope="row">${row || "–"}</th>${COUNTED.map((state) => html`<td>${count(all, state)}</td>`)}</tr>`)}</tbody></table>`;
 }
+
+const NO_SECTIONS: readonly ListedSection[] = [];
 
 const COUNTED: readonly CountedState[] = ["free", "taken", "unknown"];
 

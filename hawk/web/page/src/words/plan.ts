@@ -63,6 +63,8 @@ function hintOf(drawing: PlanDrawing, touch: boolean): string {
       return say("plan-area-line", by);
     case "zone":
       return say("plan-zone-line", by);
+    case "section":
+      return say("plan-section-line", by);
     case "row":
       return rowHint(drawing, by);
   }

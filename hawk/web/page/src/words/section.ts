@@ -1,0 +1,58 @@
+import type { ListedSection, PlanSection, SectionLook } from "../api.ts";
+import { number, say } from "./say.ts";
+
+export const SECTION_KINDS: readonly PlanSection["kind"][] = ["parallel", "across", ""];
+
+/** How full a section is: "alone" where nobody knows its places. */
+export type Fullness = "room" | "full" | "over" | "alone" | "unseen";
+
+export function fullness(look: SectionLook | null): Fullness {
+  if (look === null) return "unseen";
+  if (look.capacity === null) return "alone";
+  return look.parked > look.capacity ? "over" : look.parked === look.capacity ? "full" : "room";
+}
+
+/** "3 of 8 parked", "12 of 10 parked, over-full", "3 vehicles", "not seen". */
+export function parkedWords(look: SectionLook | null): string {
+  const full = fullness(look);
+  if (look === null) return say("section-unseen");
+  if (look.capacity === null) return say("section-vehicles", { parked: look.parked });
+  const words = say("section-parked", { parked: look.parked, capacity: look.capacity });
+  return full === "over" ? say("section-over", { words }) : full === "full" ? say("section-full", { words }) : words;
+}
+
+/** The true number, 9 times in 10. */
+export function intervalWords({ least, most }: SectionLook): string {
+  return say("section-interval", { least, most });
+}
+
+export function roomWords(look: SectionLook): string {
+  return look.room === null ? "" : say("section-room", { room: look.room });
+}
+
+export function capacityWords({ capacity, is_capacity_given }: Pick<PlanSection, "capacity" | "is_capacity_given">): string {
+  if (capacity === null) return say("section-no-capacity");
+  return say(is_capacity_given ? "section-capacity-given" : "section-capacity-by-length", { capacity });
+}
+
+export function sectionKindWords(kind: PlanSection["kind"]): string {
+  return say(kind === "" ? "section-kind-any" : `section-kind-${kind}`);
+}
+
+/** What a survey did not see of a section, and how its vehicles were counted; "" where all is as usual. */
+export function doubtWords(look: SectionLook): string {
+  const [hidden, unseen] = [look.hidden_share, 1 - look.seen_share].map((share) => number(100 * share));
+  return [
+    hidden === "0" ? "" : say("section-hidden", { hidden: hidden ?? "" }),
+    unseen === "0" ? "" : say("section-not-seen", { unseen: unseen ?? "" }),
+    look.source === "stalls" ? say("section-by-stalls") : "",
+  ]
+    .filter((each) => each !== "")
+    .join(" ");
+}
+
+/** All that is said of one section, line by line. */
+export function sectionLines({ look, ...section }: ListedSection): string[] {
+  const seen = look === null ? [] : [intervalWords(look), roomWords(look), doubtWords(look)];
+  return [...seen, capacityWords(section), sectionKindWords(section.kind), section.note].filter((each) => each !== "");
+}

@@ -1,0 +1,194 @@
+"""A street counted by section: drawn along its kerb with a capacity, seen on the map, asked about, in the report."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import re
+import sys
+from collections.abc import AsyncIterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import pytest_asyncio
+from playwright.async_api import Browser, Page, expect
+
+from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
+from hawk.lots.store import FILE
+from hawk.lots.survey.pictures import pictures_of
+from hawk.lots.values import FinishedSurvey
+from tests.e2e.hands import new_page, press, shows
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.test_plan_by_clicks import Store, done
+from tests.e2e.watching import watch
+from tests.pace import PATIENCE_S
+from tests.unit.lots.survey.test_section_looks import with_cars
+from tests.unit.lots.surveys import later, survey
+from tests.unit.lots.test_training_set import mosaic
+from tests.unit.stats.test_panel import register
+
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
+
+PARKED = ((3.0, 20.0, 30.0), (3.0, 9.0, 20.0, 30.0, 38.0), (9.0, 30.0))
+"""Where vehicles stand along the kerb, metres east, in three surveys, a day apart."""
+KERB = ((12.0, 0.0), (12.0, 44.0))
+PHONE = {"width": 390, "height": 844}
+ON_SCREEN = """([north, east]) => {
+    const { left, top } = document.querySelector('hawk-survey-map .ol').getBoundingClientRect();
+    const [x, y] = document.querySelector('hawk-survey-map').panes[0].map.pixelOf({ North: north, East: east });
+    return [left + x, top + y]; }"""
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def address(tmp_path: Path) -> AsyncIterator[str]:
+    """A desk that serves a store of one lot with three surveys beside a street."""
+    store = Database(tmp_path / FILE)
+    for number, easts in enumerate(PARKED):
+        with store.writing() as connection:
+            saved = save(connection, on_day(number, with_cars(survey(), easts)), register)
+        pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
+    store.close()
+    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
+    process = await asyncio.create_subprocess_exec(
+        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
+    )
+    assert process.stdout is not None
+    async with asyncio.timeout(PATIENCE_S):
+        line = (await process.stdout.readline()).decode()
+    yield line.split()[2]
+    process.terminate()
+    async with asyncio.timeout(PATIENCE_S):
+        assert await process.wait() == 0
+
+
+def on_day(number: int, given: FinishedSurvey) -> FinishedSurvey:
+    """Return the survey as one that is flown so many days later."""
+    off = 86_400.0 * number
+    stalls, vehicles = (
+        tuple(replace(each, looked_at=each.looked_at + off) for each in some)
+        for some in (given.stalls, given.vehicles or ())
+    )
+    return later(replace(given, stalls=stalls, vehicles=vehicles), number, 24.0 * number)
+
+
+async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:
+    page = await new_page(browser, **{"locale": "en", "viewport": {"width": 1440, "height": 900}, **options})
+    await page.add_init_script(path=AXE)
+    await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
+    errors = watch(page)
+    await page.goto(f"{address}#/lots")
+    await page.wait_for_selector("hawk-survey-map[data-drawn=all]")
+    return page, errors
+
+
+async def click(page: Page, place: tuple[float, float]) -> None:
+    await page.mouse.click(*(await page.evaluate(ON_SCREEN, list(place))))
+    await page.wait_for_timeout(400)  # two quick clicks at one place are a double click
+
+
+async def sections(address: str) -> dict[str, dict[str, object]]:
+    return {each["name"]: each for each in (await Store(address).lot("/sections"))["items"]}
+
+
+async def draw(page: Page, address: str) -> None:
+    """Draw the section along the kerb, with 10 places; then say that it has 4, undo that, and do it again."""
+    await press(page, "Edit plan")
+    await shows(page, "Nobody edits")
+    await press(page, "Zoom out")
+    await page.wait_for_timeout(400)  # the map glides
+    await press(page, "Section")
+    form = page.locator("hawk-plan-section form").first
+    for place in KERB:
+        await click(page, place)
+    await form.get_by_label("Name of the section").fill("Elm Street")
+    await form.get_by_label("Places").fill("10")
+    await form.get_by_label("Note").fill("permit")
+    await press(page, "Add the section")
+    await done(page)
+    assert (await sections(address))["Elm Street"]["capacity"] == 10
+    await page.locator("hawk-plan-section summary", has_text="Elm Street").click()
+    row = page.locator("hawk-plan-section details form")
+    await row.get_by_label("Places").fill("4")
+    await press(page, "Change the section Elm Street")
+    await done(page)
+    await press(page, "Undo")
+    await done(page)
+    assert (await sections(address))["Elm Street"]["capacity"] == 10
+    await press(page, "Redo")
+    await done(page)
+    drawn = (await sections(address))["Elm Street"]
+    assert (drawn["capacity"], drawn["is_capacity_given"], drawn["note"]) == (4, True, "permit")
+
+
+async def draw_by_keys(page: Page, address: str) -> None:
+    """Draw an area by the middle of the map, without a pointer; remove it, and undo that."""
+    form = page.locator("hawk-plan-section form").first
+    await form.get_by_label("Shape").select_option("area")
+    await page.locator(".ol").focus()
+    for arrows in ("ArrowRight", "ArrowDown", "ArrowLeft"):
+        await page.keyboard.press("Enter")
+        await page.keyboard.press(arrows)
+        await page.wait_for_timeout(400)  # the map glides
+    await form.get_by_label("Name of the section").fill("Yard")
+    await page.keyboard.press("Enter")
+    await done(page)
+    assert (await sections(address))["Yard"]["is_capacity_given"] is False
+    await page.locator("hawk-plan-section summary", has_text="Yard").press("Enter")
+    await page.get_by_role("button", name="Remove the section Yard").press("Enter")
+    await done(page)
+    assert set(await sections(address)) == {"Elm Street"}
+
+
+async def test_a_street_is_drawn_counted_and_asked_about(browser: Browser, address: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, address)
+    await draw(page, address)
+    await page.screenshot(path=screenshots / "section-drawn.png")
+    assert await page.evaluate(RUN_AXE) == []
+    await draw_by_keys(page, address)
+    await press(page, "Close the edit")
+    await expect(page.locator("hawk-plan")).to_have_count(0)
+
+    table = page.get_by_role("table", name="Sections")
+    await expect(table.get_by_role("row", name="Elm Street")).to_contain_text("2 of 4 parked")
+    await table.get_by_role("button", name="Elm Street").click()
+    card = page.locator("[data-section]")
+    await expect(card).to_contain_text(re.compile(r"\d to \d, 9 times in 10.*4 places, as a person says.*permit", re.S))
+    await page.wait_for_timeout(400)
+    await page.screenshot(path=screenshots / "section-card.png")
+    assert await page.evaluate(RUN_AXE) == []
+    asked = page.url
+    await card.get_by_role("button", name="Close").click()
+    await expect(card).to_have_count(0)
+    await click(page, (10.8, 15.0))  # in the section, where no stall is
+    await expect(card).to_contain_text("2 of 4 parked")
+    assert page.url == asked
+    full = (await Store(address).lot("/surveys"))["items"][1]["id"]
+    await page.goto(f"{asked.partition('#')[0]}#/lots/{(await Store(address).lot())['id']}/{full}?section={asked[-36:]}")
+    await expect(card).to_contain_text("5 of 4 parked, over-full")
+    await page.wait_for_timeout(400)
+    await page.screenshot(path=screenshots / "section-over-full.png")
+    await page.set_viewport_size(PHONE)  # type: ignore[arg-type]
+    await page.wait_for_timeout(400)
+    await page.screenshot(path=screenshots / "section-phone.png")
+    assert not errors
+
+
+async def test_sections_are_drawn_in_french(browser: Browser, address: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, address, locale="fr")
+    await press(page, "Modifier le plan")
+    await shows(page, "Personne ne modifie")
+    await page.locator("hawk-survey-map").get_by_role("button", name="Réduire").click()
+    await page.wait_for_timeout(400)  # the map glides
+    await press(page, "Section")
+    for place in KERB:
+        await click(page, place)
+    form = page.locator("hawk-plan-section form").first
+    await form.get_by_label("Nom de la section").fill("Rue de l’Orme")
+    await press(page, "Ajouter la section")
+    await done(page)
+    await page.screenshot(path=screenshots / "section-french.png")
+    assert (await sections(address))["Rue de l’Orme"]["capacity"] == 8
+    assert await page.evaluate(RUN_AXE) == []
+    assert not errors
