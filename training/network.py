@@ -72,10 +72,10 @@ class StallNet(nn.Module):
         eighth = self.lit[2](self.down3(fine), sun)
         sixteenth = self.down4(eighth)
         deepest = self.down5(sixteenth)
-        sixteenth = self.up4(torch.cat([_twice(deepest), sixteenth], 1))
-        eighth = self.up3(torch.cat([_twice(sixteenth), eighth], 1))
-        quarter = self.up2(torch.cat([_twice(eighth), fine], 1))
-        return Features(self.up1(torch.cat([_twice(quarter), half], 1)), quarter, fine)
+        sixteenth = self.up4(torch.cat([twice(deepest), sixteenth], 1))
+        eighth = self.up3(torch.cat([twice(sixteenth), eighth], 1))
+        quarter = self.up2(torch.cat([twice(eighth), fine], 1))
+        return Features(self.up1(torch.cat([twice(quarter), half], 1)), quarter, fine)
 
 
 class VehicleHead(nn.Module):
@@ -85,7 +85,6 @@ class VehicleHead(nn.Module):
 
     def __init__(self, half: int, quarter: int) -> None:
         super().__init__()
-        self.down = _block(half, half, stride=2)
         self.joined = _block(half + 2 * quarter, _VEHICLE_WIDTH, kernel=1)
         self.about = _block(_VEHICLE_WIDTH, _VEHICLE_WIDTH)
         self.answer = nn.Conv2d(_VEHICLE_WIDTH, VEHICLE_CHANNELS, 1)
@@ -94,8 +93,13 @@ class VehicleHead(nn.Module):
 
     def forward(self, features: Features) -> Tensor:
         """Return the channels of vehicles (B, 11, H/2, W/2)."""
-        maps = self.joined(torch.cat([self.down(features.half), features.quarter, features.fine], 1))
-        return _twice(torch.as_tensor(self.answer(self.about(maps))))
+        return twice(self.coarse(features))
+
+    def coarse(self, features: Features) -> Tensor:
+        """Return the channels of vehicles (B, 11, H/4, W/4), of which each cell answers for two by two."""
+        near = functional.avg_pool2d(features.half, 2)
+        maps = self.joined(torch.cat([near, features.quarter, features.fine], 1))
+        return torch.as_tensor(self.answer(self.about(maps)))
 
 
 class _Lit(nn.Module):
@@ -165,5 +169,6 @@ def _block(inside: int, outside: int, stride: int = 1, kernel: int = 3, dilation
     )
 
 
-def _twice(maps: Tensor) -> Tensor:
+def twice(maps: Tensor) -> Tensor:
+    """Return maps at twice their resolution: each cell four times."""
     return functional.interpolate(maps, scale_factor=2.0, mode="nearest")

@@ -1,4 +1,4 @@
-"""Trains the head for vehicles alone: ``python -m training.vehicle_head --ground DIR --folder DIR --steps 1000``.
+"""Trains the head for vehicles alone: ``python -m training.vehicle_head --ground DIR --folder DIR --steps 700``.
 
 The trunk of an exported network is frozen, so all that it says of stalls stays the same to the bit. One head learns
 from every region that has labels by hand, and with ``--folds`` each further one from all but a part of them, by which
@@ -22,16 +22,17 @@ from torch import Tensor
 
 from benchmarks.cars.labels import VehicleTruth
 from benchmarks.cars.scenes import CarScene, read_regions
+from hawk.algo.vision.network import OFFSET_CELLS
 from training.augment import Sample, sample
 from training.export import export
 from training.ground import METRES_PER_PIXEL, WINDOW_PIXELS, cut
 from training.loss import vehicle_loss
-from training.network import Features, StallNet, VehicleHead, set_memory_format
+from training.network import Features, StallNet, VehicleHead, set_memory_format, twice
 from training.pool import ScenePool
 from training.resume import folded_network
 from training.settings import rate
 from training.steady import STEADY_SHARE, draw_pair, unsteadiness
-from training.targets import LABELS, UNKNOWN, TrainingScene, VehicleLabels
+from training.targets import LABELS, UNKNOWN, VEHICLE, TrainingScene, VehicleLabels
 from training.train import SCENE_OVER_CROP, follow
 
 BATCH: Final = 8
@@ -48,7 +49,7 @@ _NEAR_VEHICLES: Final = 0.7
 """Share of the windows about a labelled vehicle; the others lie anywhere."""
 _JITTER_PIXELS: Final = 110.0
 _CROWN, _KERB = 4.0, 2.0
-"""How often a window lies about a vehicle under branches, or along a kerb, in place of another one."""
+"""Weights of windows about a vehicle under branches, and about one along a kerb; 1 about others."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,16 +156,23 @@ class Pupil:
         for group in self.optimiser.param_groups:
             group["lr"] = _RATE * rate(step, share)
         with torch.autocast("cpu", torch.bfloat16):
-            answer = self.head(Features(*(maps[kept] for maps in features)))
-        total = vehicle_loss(answer.float(), batch.target[kept])
+            answer = self.head.coarse(Features(*(maps[kept] for maps in features))).float()
+        total = vehicle_loss(answer, coarse_target(batch.target[kept]))
         if bool(kept[-1]):
-            total = total + STEADY_SHARE * unsteadiness(answer.float(), batch.cells, (0,))
+            total = total + STEADY_SHARE * unsteadiness(twice(answer[-2:, :1]), batch.cells, (0,))
         self.optimiser.zero_grad()
         torch.autograd.backward(total)
         torch.nn.utils.clip_grad_norm_(self.head.parameters(), 5.0)
         self.optimiser.step()
         follow(self.mean, self.head, min(_DECAY, (1 + step) / (10 + step)))
         return float(total.detach())
+
+
+def coarse_target(target: Tensor) -> Tensor:
+    """Return targets (B, 30, h/2, w/2) of cells that answer for two by two: offsets are those from their middle."""
+    coarse = target[:, :, ::2, ::2].clone()
+    coarse[:, VEHICLE + 3 : VEHICLE + 5] -= 0.5 / OFFSET_CELLS
+    return coarse
 
 
 def pupils_of(head: VehicleHead, names: Sequence[str], folds: int) -> list[Pupil]:
@@ -203,7 +211,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--folds", type=int, default=3, help="parts of the regions, each left out by a head (default 3)"
     )
-    parser.add_argument("--steps", type=int, default=1000, help="steps of eight pictures (default 1000)")
+    parser.add_argument("--steps", type=int, default=700, help="steps of eight pictures (default 700)")
     parser.add_argument("--seed", type=int, default=0, help="seed of scenes, weights and samples (default 0)")
     options = parser.parse_args(arguments)
     torch.set_num_threads(1)

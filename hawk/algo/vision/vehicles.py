@@ -16,7 +16,15 @@ from hawk.algo.vision.detection import FloatArray, GroundImage, Vehicle
 from hawk.algo.vision.network import VEHICLE_KINDS, MapArray, VehicleMaps
 
 VEHICLE_RULES: Final = VoteRules(
-    width_m=(1.2, 3.4), length_m=(2.2, 20.0), beyond=35, sigma=2.0, reach=6.0, is_size_voted=True
+    width_m=(1.2, 3.4),
+    length_m=(2.2, 20.0),
+    beyond=35,
+    core_limit=0.2,
+    peak_limit=0.15,
+    sigma=2.0,
+    reach=6.0,
+    core_of=(0.0, 1.0),
+    is_size_voted=True,
 )
 """From a small car to a lorry with a trailer; half of a coach may lie beyond the picture."""
 PROBABILITY_WEIGHTS: Final = np.array([0.0, 1.0])
