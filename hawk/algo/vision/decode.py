@@ -182,11 +182,11 @@ def sample_points(stalls: Stalls) -> FloatArray:
 
 
 def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
-    """Return the nearest values (...,) at (column, row) points (..., 2); 0 outside."""
+    """Return the nearest values at (column, row) points (..., 2), of each map of (rows, columns); 0 outside."""
     cells = np.rint(points).astype(np.intp)
-    rows, columns = values.shape
+    rows, columns = values.shape[-2:]
     inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
-    read = values[np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)]
+    read = values[..., np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)]
     return np.where(inside, read, 0)
 
 
