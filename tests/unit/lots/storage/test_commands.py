@@ -106,11 +106,11 @@ def test_an_error_names_its_file_or_its_option(
 
 
 def test_an_error_of_a_command_without_a_file_names_the_store(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fail(*_: object) -> None:
         raise OSError(5, "Input/output error")
 
     monkeypatch.setattr("hawk.lots.storage.backup.verify", fail)
-    assert run(tmp_path, COMMANDS["verify"]) == 1
+    assert run(folder, COMMANDS["verify"]) == 1
     assert capsys.readouterr().err == "hawk-drone: --store: Input/output error\n"
