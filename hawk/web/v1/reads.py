@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
@@ -190,11 +191,13 @@ def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
 
 def report(
     connection: Connection, pictures: PictureFolder, asked: Request[forms.ReportQuery], kind: Kind, form: Form,
-    has_ground: bool,
+    has_ground: bool, apart: Path | None = None,
 ) -> Prepared:  # fmt: skip
-    """Return a report of a lot's use, prepared to be written."""
+    """Return a report of a lot's use, prepared to be written; ``apart``: the store, which another process reads."""
     query = asked.query
     wanted = Wanted(asked.id, _question(query), query.begin, query.end, query.time_zone, has_ground)
+    if apart is not None:
+        return files.prepared_apart(connection, apart, wanted, form, asked.now)
     return files.prepared(connection, pictures, wanted, kind, form, asked.now)
 
 
