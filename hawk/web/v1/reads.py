@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeVar
 from sqlalchemy import ColumnElement, Connection
 
 from hawk.exports.records import read_survey, survey_of
-from hawk.exports.text_files import survey_geojson
+from hawk.exports.text_files import survey_geojson, survey_map
 from hawk.lots import lists, queries, section_lists
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
@@ -216,6 +216,11 @@ def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
     query = asked.query
     return Answer(uses.changes(connection, asked.id, query.before, query.after))
+
+
+def survey_on_map(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return the stalls of a survey of a lot as the page draws them."""
+    return Answer(survey_map(read_survey(connection, survey_of(connection, asked.id, asked.path["survey"]))))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:

@@ -895,6 +895,16 @@ export interface SurveyList {
   items: Survey[];
 }
 
+/** Stalls of a survey as the page draws them, a list for each value: a fifth of the GeoJSON. */
+export interface SurveyMap {
+  origin: [number, number];
+  ids: string[];
+  labels: string[];
+  states: ("free" | "taken" | "unknown")[];
+  taken: (number | null)[];
+  corners: number[];
+}
+
 /** Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise. */
 export interface SurveyPlace {
   north: number;

@@ -16,6 +16,7 @@ import type { SurveyMap } from "../src/views/survey-map.ts";
 import { headline, interval, notCompared } from "../src/views/compare-words.ts";
 import type { TimeBar } from "../src/views/time-bar.ts";
 import { notes } from "../src/views/surveys-view.ts";
+import { surveyMap } from "./api.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { words } from "./stage.ts";
@@ -45,10 +46,7 @@ const BETWEEN: Changed = {
   free: { value: -1, low: -1.4, high: -0.6, surveys: 2 }, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 },
   stalls: [{ id: STALL, label: "A 1", former: ONE, before: "free", after: "taken", chance: 0.98 }, { id: TWO, label: "A 2", former: TWO, before: "taken", after: "unknown", chance: null }],
 };
-const FEATURES = {
-  hawk: { lot: "North", survey_ended_utc: "", registered: true, position_uncertainty_m: null, software: "" },
-  features: [stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken")],
-};
+const DRAWN = surveyMap(stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken"));
 
 describe("figures in words", () => {
   it("have their interval, or are not shown", () => {
@@ -105,15 +103,15 @@ describe("what several parts of the page ask for", () => {
     let [now, count, works] = [0, 0, true];
     globalThis.fetch = () => {
       count += 1;
-      return Promise.resolve(works ? Response.json(FEATURES) : new Response("busy", { status: 503 }));
+      return Promise.resolve(works ? Response.json(DRAWN) : new Response("busy", { status: 503 }));
     };
     const source = new LotSource("lots/1", () => now);
-    await Promise.all([source.features(ONE), source.features(ONE)]);
+    await Promise.all([source.map(ONE), source.map(ONE)]);
     assert.equal(count, 1);
     [now, works] = [30_000, false];
-    await assert.rejects(source.features(ONE), /busy/);
+    await assert.rejects(source.map(ONE), /busy/);
     works = true;
-    await source.features(ONE);
+    await source.map(ONE);
     assert.equal(count, 3);
   });
 
@@ -146,7 +144,7 @@ describe("lots over time", () => {
     hash = "";
     answers = {
       "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", interval: 0.9, before: null, after: null, surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
-      "/stalls": FEATURES,
+      "/map": DRAWN,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/changes": { next: null, items: [] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
@@ -213,7 +211,7 @@ describe("lots over time", () => {
     assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots?limit=1000"]]);
     const shared = "shared/secret/statistics";
     assert.deepEqual(firstReads("#secret"), [`${shared}/surveys?newest=8`]);
-    assert.deepEqual(firstReads(`#secret/lots/${LOT}/${ONE}`), [`shared/secret/surveys/${ONE}/stalls`, `${shared}/surveys?survey=${ONE}`, `${shared}/surveys?newest=8`], "a link shows no picture");
+    assert.deepEqual(firstReads(`#secret/lots/${LOT}/${ONE}`), [`shared/secret/surveys/${ONE}/map`, `${shared}/surveys?survey=${ONE}`, `${shared}/surveys?newest=8`], "a link shows no picture");
     assert.deepEqual(firstReads(`#secret/report/${LOT}`), [`${shared}/ask`, `${shared}/surveys?newest=8`]);
   });
 

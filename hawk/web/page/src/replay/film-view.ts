@@ -310,7 +310,7 @@ export class FilmView extends View {
 }
 
 async function outcomeOf(source: LotSource, survey: string): Promise<Outcome | null> {
-  const [features, ground] = await Promise.all([source.features(survey), source.ground(survey)]);
-  return { survey, features, ground };
+  const [map, ground] = await Promise.all([source.map(survey), source.ground(survey)]);
+  return { survey, map, ground };
 }
 

@@ -36,5 +36,5 @@ export function firstReads(hash: string): string[] {
   const about = ids.map((id) => `${use}/surveys?survey=${id}`);
   const between = view === "compare" && ids.length === 2 ? [`${use}/between?before=${ids[0]}&after=${ids[1]}`] : [];
   const first = view === "compare" || ids.length === 0 ? [newest] : [];
-  return [...new Set([...ids.flatMap((id) => [`${base}/surveys/${id}/stalls`, ...pictures(id)]), ...first, ...about, ...between, ...lists])];
+  return [...new Set([...ids.flatMap((id) => [`${base}/surveys/${id}/map`, ...pictures(id)]), ...first, ...about, ...between, ...lists])];
 }

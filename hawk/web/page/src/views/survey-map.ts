@@ -211,7 +211,7 @@ export class SurveyMap extends LitElement {
   /** Names on the element what is drawn: "first" pictures or "all", and the stalls. What measures the map waits for it. */
   private markDrawn(): void {
     const drawn = this.panes.map((pane) => pane.drawn);
-    if (drawn.includes(null)) delete this.dataset.drawn;
+    if (drawn.length === 0 || drawn.includes(null)) delete this.dataset.drawn;
     else this.dataset.drawn = drawn.includes("first") ? "first" : "all";
   }
 
