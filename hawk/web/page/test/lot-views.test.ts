@@ -320,6 +320,32 @@ describe("lots over time", () => {
     assert.deepEqual([...archive.querySelectorAll(".changed b")].map(words), ["A 1", "A 2"]);
   });
 
+  it("list the first changes before the map is drawn, and all of them once the browser has time", async () => {
+    const idle: (() => void)[] = [];
+    Object.assign(globalThis, { requestIdleCallback: (work: () => void) => idle.push(work) });
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
+    answers["/statistics/between"] = { ...BETWEEN, stalls: Array.from({ length: 60 }, (_, k) => ({ ...BETWEEN.stalls[0]!, id: `stall ${k}`, label: `${k < 30 ? "A" : "B"} ${k}` })) };
+    try {
+      await open(`#/compare/${LOT}`);
+      const count = (): number => archive.querySelectorAll(".changed li").length;
+      assert.deepEqual([count(), words(archive.querySelectorAll("h3")[1]!)], [40, "Row B, 30 changes"]);
+      assert.equal(asked.some((path) => path.includes("/due")), false, "the time bar waits, too");
+      for (const work of idle) work();
+      await drawn();
+      assert.deepEqual([count(), asked.some((path) => path.includes("/due"))], [60, true]);
+    } finally {
+      Reflect.deleteProperty(globalThis, "requestIdleCallback");
+    }
+  });
+
+  it("call no map drawn without a survey on it", async () => {
+    answers["/map"] = undefined;
+    for (const address of [`#/lots/${LOT}/${ONE}`, `#/compare/${LOT}/${ONE}/${TWO}`]) {
+      await open(address);
+      assert.equal(archive.querySelector<HTMLElement>("hawk-survey-map")!.dataset.drawn, undefined, address);
+    }
+  });
+
   it("compare what the bar chooses, the earlier one before, and never one with itself", async () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z"), survey(STALL, "2026-05-04T14:00:00Z")] };
     await open(`#/compare/${LOT}/${STALL}/${TWO}`);

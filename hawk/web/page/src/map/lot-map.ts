@@ -411,7 +411,7 @@ export class LotMap {
     const context = this.overlay.getContext("2d");
     const [width, height] = this.map.getSize() ?? [0, 0];
     const palette = this.ground.palette;
-    if (!context || !palette || width === undefined || height === undefined || document.hidden) return;
+    if (!context || !palette || width === undefined || height === undefined || document.hidden || this.isHolding) return;
     const ratio = window.devicePixelRatio;
     resize(this.overlay, width, height, ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
