@@ -174,6 +174,9 @@ def main(reader: str, asked: str, limits: str) -> int:
     with contextlib.suppress(OSError):
         os.nice(NICENESS)
         Path("/proc/self/oom_score_adj").write_text("1000", "ascii")  # where memory is short, this process ends first
+    with contextlib.suppress(OSError):
+        # of a session of its own: else Linux gives that as much of the processor as the daemon's (sched(7), autogroup)
+        Path("/proc/self/autogroup").write_text(str(NICENESS), "ascii")
     enter(Limits(**json.loads(limits)))
     warnings.simplefilter("ignore")  # of packages about a stranger's file: nobody reads them here
     try:
