@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
@@ -197,13 +196,11 @@ def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
 
 def report(
     connection: Connection, pictures: PictureFolder, asked: Request[forms.ReportQuery], kind: Kind, form: Form,
-    has_ground: bool, apart: Path | None = None,
+    has_ground: bool,
 ) -> Prepared:  # fmt: skip
-    """Return a report of a lot's use, prepared to be written; ``apart``: the store, which another process reads."""
+    """Return a report of a lot's use, prepared to be written."""
     query = asked.query
     wanted = Wanted(asked.id, _question(query), query.begin, query.end, query.time_zone, has_ground)
-    if apart is not None:
-        return files.prepared_apart(connection, apart, wanted, form, asked.now)
     return files.prepared(connection, pictures, wanted, kind, form, asked.now)
 
 
