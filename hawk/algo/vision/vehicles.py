@@ -18,7 +18,7 @@ from hawk.algo.vision.network import VEHICLE_KINDS, MapArray, VehicleMaps
 VEHICLE_RULES: Final = VoteRules(
     width_m=(1.2, 3.4),
     length_m=(2.2, 20.0),
-    beyond=35,
+    beyond=20,
     core_limit=0.2,
     peak_limit=0.15,
     sigma=2.0,
@@ -26,7 +26,7 @@ VEHICLE_RULES: Final = VoteRules(
     core_of=(0.0, 1.0),
     is_size_voted=True,
 )
-"""From a small car to a lorry with a trailer; half of a coach may lie beyond the picture."""
+"""From a small car to a lorry with a trailer, of which seven tenths may lie beyond the picture."""
 PROBABILITY_WEIGHTS: Final = np.array([1.75, 0.95])
 """Constant and weight of the log-odds of a score, by ``python -m training.vehicles`` over regions left out."""
 _LEAST, _MOST = 1e-3, 1 - 1e-3
