@@ -22,6 +22,7 @@ from hawk.stats.hour_use import AskedUse, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
 from hawk.stats.period import period_of_lot
+from hawk.stats.section_use import read_sections, section_uses, use_of_sections
 from hawk.stats.use_query import Asked
 from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, Panel, whole
 
@@ -33,7 +34,10 @@ def statistics(connection: Connection, lot: str, period: Period, by: Partition |
 
     Raises NotFoundError, LotStoreError.
     """
-    return figures(read_panel(connection, lot, period), by)
+    found = figures(read_panel(connection, lot, period), by)
+    if by != "section":
+        return found
+    return found.model_copy(update={"parts": section_uses(read_sections(connection, lot, period))})
 
 
 def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> AskedUse:
@@ -41,6 +45,8 @@ def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> Asked
 
     Raises LotInputError for a part that the lot has not; NotFoundError, LotStoreError.
     """
+    if asked.sections:
+        return use_of_sections(read_sections(connection, lot, period), asked)
     return asked_use(read_panel(connection, lot, period), asked)
 
 

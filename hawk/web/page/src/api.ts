@@ -25,13 +25,14 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
-/** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``; none named: all. */
+/** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``, or ``sections``; none named: all stalls. */
 export interface Asked {
   weekdays: ("Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday")[];
   hours: number[];
   rows: string[];
   zones: string[];
   kinds: string[];
+  sections: string[];
 }
 
 /** Use of what is `asked`, over the surveyed hours that are asked, which count alike. */
@@ -41,7 +42,9 @@ export interface AskedUse {
   clock: string;
   interval: number;
   asked: Asked;
+  unit: "stalls" | "places" | "vehicles";
   stalls: number;
+  places: number | null;
   days: number;
   hours: number;
   occupancy: Estimate;
@@ -99,6 +102,7 @@ export interface Cell {
   is_asked: boolean;
   days: number;
   occupancy: Estimate;
+  accumulation: Estimate;
 }
 
 /** A change that a person made in a `lot`; `surveys`: those that it moved, placed or deleted. `undone`: when it was undone. `kept`: why it cannot be undone now; null for one that can. */
@@ -255,7 +259,7 @@ export interface Figures {
   last: string | null;
   left_out: LeftOut[];
   whole: Use | null;
-  by: "hour" | "row" | "zone" | "kind" | null;
+  by: "hour" | "row" | "zone" | "kind" | "section" | null;
   parts: Use[];
   hours: Hour[];
   days: Day[];
@@ -921,6 +925,7 @@ export interface SurveyShare {
   survey: string;
   at: string;
   occupancy: Estimate;
+  accumulation: Estimate;
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */
@@ -991,7 +996,7 @@ export interface Undone {
 /** Use of a part of the lot, or of all of it, over the surveyed hours of a period. */
 export interface Use {
   name: string;
-  capacity: number;
+  capacity: number | null;
   surveys: number;
   hours: number;
   occupancy: Estimate;
@@ -1002,6 +1007,7 @@ export interface Use {
   never_taken: Steady;
   always_taken: Steady;
   turnover: Turnover;
+  unit: "stalls" | "places" | "vehicles";
 }
 
 /** Vehicles of a survey by the ground that they stand on, each counted once; null where that is not known. */

@@ -1546,6 +1546,7 @@ archive-stall = Stall
 archive-by-row = Rows
 archive-by-zone = Zones
 archive-by-kind = Kinds
+archive-by-section = Sections
 archive-heat = Share of surveys that found each stall taken
 archive-heat-note =
     { $surveys ->
@@ -1604,7 +1605,7 @@ ask-stalls =
         [yes] { $low } of { $stalls } stalls are taken on average.
        *[no] { $low } to { $high } of { $stalls } stalls are taken on average.
     }
-ask-ends = Fullest on { $fullDay }s at { $fullHour } ({ $full } %), emptiest on { $emptyDay }s at { $emptyHour } ({ $empty } %).
+ask-ends = Fullest on { $fullDay }s at { $fullHour } ({ $full }), emptiest on { $emptyDay }s at { $emptyHour } ({ $empty }).
 ask-behind = From { $surveys ->
         [one] { $surveys } survey
        *[other] { $surveys } surveys
@@ -1618,6 +1619,12 @@ ask-none-counts = No survey of then counts.
 ask-none-remedy = Choose other hours, other days or a longer period.
 ask-heat = { $part } by weekday and hour, { $when }
 ask-heat-keys = Arrow keys go over the hours, Shift and arrows choose several, Enter asks.
+ask-range = { $low } to { $high }
+ask-places = { $value } vehicles ({ $low } to { $high }) are parked on { $places } places on average.
+ask-vehicles = { $value } vehicles ({ $low } to { $high }) are parked on average. Nobody said how many places there are.
+ask-vehicles-large = { $value } vehicles
+ask-head-vehicles = Vehicles
+ask-scale-vehicles = 0 to { $most } vehicles
 ask-scale = 0 to 100 % taken
 ask-nobody = nobody flew
 ask-asked = asked
@@ -1628,8 +1635,8 @@ ask-hour-from = { $first }:00–{ $last }:00
 ask-cell = { $day } { $hours }: { $what }
 ask-cell-flown =
     { $surveys ->
-        [one] { $value } %, { $surveys } survey, { $low } to { $high } %
-       *[other] { $value } %, { $surveys } surveys, { $low } to { $high } %
+        [one] { $value }, { $surveys } survey, { $range }
+       *[other] { $value }, { $surveys } surveys, { $range }
     }
 ask-surveys =
     { $surveys ->

@@ -158,7 +158,7 @@ export class SurveysView extends View {
   private recordings(row: SurveyUse): TemplateResult | typeof nothing {
     const found = recordingsOf(this.films.value ?? [], row.id);
     if (found.length === 0) return nothing;
-    const watch = (recording: string): void => this.go({ view: "recordings", survey: "", stall: "", show: "", recording, t: "" });
+    const watch = (recording: string): void => this.go({ view: "recordings", survey: "", stall: "", section: "", show: "", recording, t: "" });
     return html`<p>${found.map(({ name, began }) => html`<button class="small" @click=${() => watch(name)}>${say("film-watch", { when: began === null ? name : moment(began, this.listed.value?.clock) })}</button> `)}</p>`;
   }
 
