@@ -29,7 +29,7 @@ from tests.unit.stats.test_section_use import MONDAY, flown_at
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 PARKED = ((3.0, 20.0, 30.0), (3.0, 9.0, 20.0, 30.0, 38.0), (9.0, 30.0))
-"""Where vehicles stand along the kerb, metres east, in three surveys, a day apart."""
+"""Places of vehicles along the kerb, metres east, in three surveys, a day apart."""
 KERB = ((12.0, 0.0), (12.0, 44.0))
 DESK = {"width": 1440, "height": 900}
 PHONE = {"width": 390, "height": 844}

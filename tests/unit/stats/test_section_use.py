@@ -127,6 +127,23 @@ def test_a_survey_that_did_not_see_all_of_them_is_named(ann: Person) -> None:
     assert "nobody flew" in serialize.asked_text(found)
 
 
+def test_two_surveys_are_compared_by_section_with_both_intervals(ann: Person) -> None:
+    ann.do("draw_section", name="Far", outline=[[900.0, 0.0], [900.0, 20.0], [920.0, 20.0]], capacity=9)
+    with ann.store.reading() as connection:
+        during = period_of_lot(connection, ann.lot)
+        ids = [each.id for each in read_sections(connection, ann.lot, during).surveys]
+        full, empty = (
+            queries.changes(connection, ann.lot, ids[1], ids[3]),
+            queries.changes(connection, ann.lot, *ids[:2]),
+        )
+    (elm,) = full.sections
+    assert elm.before is not None
+    assert elm.after is not None
+    assert (elm.name, elm.capacity, elm.before.parked, elm.after.parked, elm.differs) == ("Elm Street", 4, 5, 0, True)
+    (elm,) = empty.sections
+    assert elm.differs is False, "3 and 5 vehicles may be as many: the intervals meet"
+
+
 def test_figures_by_section_say_their_unit(ann: Person) -> None:
     ann.do("draw_section", name="Yard", **ACROSS)
     with ann.store.reading() as connection:

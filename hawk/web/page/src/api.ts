@@ -134,6 +134,7 @@ export interface Changed {
   matched: number;
   begin: StallLabel[];
   gone: StallLabel[];
+  sections: SectionChange[];
 }
 
 /** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
@@ -711,6 +712,23 @@ export interface RowUse {
   row: string;
   stalls: number;
   occupancy: Estimate;
+}
+
+/** A section at two surveys; null where one did not look. `differs`: the intervals do not meet, so that the numbers of vehicles differ; null where one did not look. */
+export interface SectionChange {
+  id: string;
+  name: string;
+  capacity: number | null;
+  before: SectionCounts | null;
+  after: SectionCounts | null;
+  differs: boolean | null;
+}
+
+/** Vehicles that a survey counted in a section: `parked`, `least` to `most`. */
+export interface SectionCounts {
+  parked: number;
+  least: number;
+  most: number;
 }
 
 /** Part of the list of sections. */

@@ -179,7 +179,7 @@ export class LotMap {
   }
 
   /** Adds a layer over the stalls. */
-  lay(layer: Layer): void {
+  addLayer(layer: Layer): void {
     this.map.addLayer(layer);
   }
 

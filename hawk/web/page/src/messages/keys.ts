@@ -522,6 +522,9 @@ export interface Messages {
   "section-head-parked": Record<string, never>;
   "section-head-between": Record<string, never>;
   "section-head-room": Record<string, never>;
+  "section-count": { parked: string | number; least: string | number; most: string | number };
+  "section-differs": Record<string, never>;
+  "section-may-be-same": Record<string, never>;
   "plan-import": Record<string, never>;
   "plan-import-reads": Record<string, never>;
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
