@@ -5,7 +5,6 @@ The same parts fly in ``hawk-sim``; here they take larger steps, and nothing lie
 
 from __future__ import annotations
 
-import copy
 import math
 from typing import Final
 
@@ -53,14 +52,6 @@ class Drone:
         self._heights = HeightParameters()
         self.distance_m = 0.0
         self.seconds = 0.0
-
-    def copy(self) -> Drone:
-        """Return a drone in the same state. Its generator is the same one: for drones without errors."""
-        other = copy.copy(self)
-        other._estimator = copy.copy(self._estimator)
-        other._controller = copy.copy(self._controller)
-        other._carrot = copy.copy(self._carrot)
-        return other
 
     @property
     def true(self) -> MapPose:

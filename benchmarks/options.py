@@ -7,12 +7,17 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 
 
-def make_parser(module: str, words: str | None) -> argparse.ArgumentParser:
-    """Return the parser of ``python -m MODULE`` with the option that all have; ``words`` describe it, as they stand."""
+def make_parser(module: str, words: str | None, *, model: bool = False) -> argparse.ArgumentParser:
+    """Return the parser of ``python -m MODULE`` with the option that all have, and that of a network where one looks.
+
+    ``words`` describe it, as they stand.
+    """
     parser = argparse.ArgumentParser(
         prog=f"python -m {module}", description=words, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write every figure as one flat object")
+    if model:
+        parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
     return parser
 
 

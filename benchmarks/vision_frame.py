@@ -117,10 +117,9 @@ def engine_figures(inputs: list[FrameInput], model: Path | None = None) -> list[
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Measure by command line."""
-    parser = make_parser("benchmarks.vision_frame", __doc__)
+    parser = make_parser("benchmarks.vision_frame", __doc__, model=True)
     parser.add_argument("--frames", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     network, world = StallNetwork.load(options.model), generate_world(options.seed)

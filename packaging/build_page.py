@@ -1,8 +1,8 @@
 """Build or check the operator page with the Node.js that comes as a wheel, so that nobody needs to install one.
 
 ``python packaging/build_page.py`` builds ``hawk/web/static`` and does nothing when its sources have not changed since.
-``--check`` runs the page's type check, lint and tests. ``--keys`` writes the type of the messages' keys. ``--force``
-builds in any case.
+``--check`` runs the page's type check, lint and tests. ``--keys`` writes the type of the messages' keys. ``--packages``
+installs what its check and the browser's tests need. ``--force`` builds in any case.
 """
 
 from __future__ import annotations
@@ -49,10 +49,18 @@ def write_keys(root: Path = ROOT) -> None:
     _run(root, "keys")
 
 
-def _run(root: Path, script: str) -> None:
+def install_packages(root: Path = ROOT) -> Path:
+    """Install all packages that the page's check and the browser's tests need; return its folder.
+
+    Raises PageBuildError.
+    """
     page = root / "hawk" / "web" / "page"
     _install(page, development=True)
-    _node(page, "--run", script)
+    return page
+
+
+def _run(root: Path, script: str) -> None:
+    _node(install_packages(root), "--run", script)
 
 
 def sources_hash(page: Path) -> str:
@@ -111,6 +119,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--check", action="store_true", help="type check, lint and test instead of building")
     parser.add_argument("--keys", action="store_true", help="write the type of the messages' keys")
+    parser.add_argument("--packages", action="store_true", help="install what the check and the browser's tests need")
     parser.add_argument("--force", action="store_true", help="build even when nothing changed")
     options = parser.parse_args(arguments)
     try:
@@ -118,6 +127,8 @@ def main(arguments: list[str] | None = None) -> int:
             check_page()
         elif options.keys:
             write_keys()
+        elif options.packages:
+            install_packages()
         elif not build_page(force=options.force):
             print("page: up to date")
     except PageBuildError as error:

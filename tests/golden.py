@@ -7,10 +7,34 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+_ID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+
+
+class NamedIds:
+    """Names for ids, by the order in which they are shown."""
+
+    def __init__(self) -> None:
+        self._named: dict[str, str] = {}
+
+    def plain(self, value: Any) -> Any:
+        """Return a value of JSON with names in place of ids, and 8 decimals."""
+        if hasattr(value, "model_dump"):
+            return self.plain(value.model_dump(mode="json"))
+        if isinstance(value, dict):
+            return {self.plain(key): self.plain(each) for key, each in value.items()}
+        if isinstance(value, list | tuple):
+            if all(isinstance(each, dict) and {"outline", "name"} <= each.keys() for each in value):
+                value = sorted(value, key=lambda each: str(each["name"]))  # zones are listed by their ids
+            return [self.plain(each) for each in value]
+        if isinstance(value, str):
+            return _ID.sub(lambda found: self._named.setdefault(found[0], f"#{len(self._named) + 1}"), value)
+        return round(value, 8) if isinstance(value, float) else value
 
 
 def check_text(path: Path, found: str) -> None:

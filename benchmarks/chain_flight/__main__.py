@@ -49,7 +49,7 @@ def _worlds(options: argparse.Namespace) -> Iterable[Named]:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = make_parser("benchmarks.chain_flight", __doc__)
+    parser = make_parser("benchmarks.chain_flight", __doc__, model=True)
     parser.add_argument("--seeds", type=seeds_option, default="1-6", metavar="A-B", help="drawn worlds (1-6)")
     parser.add_argument(
         "--lots", type=Path, metavar="DIR", help="places instead: pictures with truth files beside them"
@@ -63,7 +63,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--height", type=float, default=1.0, metavar="F", help="the reported height by the true one")
     parser.add_argument("--compass", type=float, default=0.0, metavar="DEG", help="constant error of the compass")
-    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
     parser.add_argument("--out", type=Path, metavar="DIR", help="write each place's map as a picture")
     return parser
 

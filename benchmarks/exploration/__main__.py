@@ -9,7 +9,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Final
 
 from benchmarks.exploration.campaign import fly_all
@@ -25,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(arguments)
     if options.json is not None:
         options.json.parent.mkdir(parents=True, exist_ok=True)
-    runs = fly_all(options.seeds, options.tours, options.workers)
+    runs = fly_all(options.seeds, options.workers)
     print_and_write([Section("exploration", figures(runs))], options.json, flights=rows(runs))
     return 0
 
@@ -33,9 +32,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = make_parser("benchmarks.exploration", __doc__)
     parser.add_argument("--seeds", type=seeds_option, default=DEFAULT_SEEDS, metavar="A-B", help="lots (1-200)")
-    parser.add_argument(
-        "--tours", type=Path, metavar="FILE", help="keep the oracle's tours there, and use none that come with this"
-    )
     parser.add_argument(
         "--workers", type=int, default=1, metavar="N", help="processes (1); more of them flatter no figure"
     )

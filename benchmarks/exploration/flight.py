@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final, Protocol
 
@@ -73,7 +71,7 @@ class _Excursions:
 
 
 class Stage:
-    """A flight between two frames; a pilot without errors may go on differently from a copy of it."""
+    """A flight between two frames."""
 
     def __init__(self, lot: Lot, setup: Setup, rng: np.random.Generator, *, errors: bool) -> None:
         start = MapPose(*lot.start, setup.height, 0.0, 0.0, lot.yaw)
@@ -84,14 +82,6 @@ class Stage:
         self.wanted: tuple[float, float] | None = None
         self.plan_ms: list[float] = []
         self.track: list[tuple[float, float, float]] = []
-
-    def copy(self) -> Stage:
-        """Return the same flight, to be continued by itself. Generators are shared: for flights without errors."""
-        other = copy.copy(self)
-        other.drone, other.coverage = self.drone.copy(), self.coverage.copy()
-        other.excursions, other.roaming = copy.copy(self.excursions), copy.copy(self.roaming)
-        other.plan_ms, other.track = self.plan_ms.copy(), self.track.copy()
-        return other
 
     def tick(self) -> bool:
         """Let one tick pass; whether the drone is stuck."""
@@ -109,22 +99,18 @@ def fly(
     to_the_end: bool = True,
     maps: bool = True,
     survey: type[SurveyedMap] = SurveyedMap,
-    stage: Stage | None = None,
-    watch: Callable[[Stage], None] = lambda _: None,
 ) -> Flown:
     """Fly until the pilot is done, is stuck or takes far too long; with ``to_the_end`` False at 98 % at the latest.
 
     ``errors`` False takes away the errors of position and map. The seed's own generators give equal errors to all.
     ``maps`` False leaves the map blank, for a pilot that knows the lot: looking takes half of a flight's time.
     ``survey`` is how the map comes to be.
-    ``stage`` is a flight to go on with, which is changed; ``watch`` sees the flight before every frame.
     """
     generators = [np.random.default_rng([lot.seed, stream]) for stream in (1, 2)]
     known = survey(lot, setup, generators[1], errors=errors)
-    now = stage or Stage(lot, setup, generators[0], errors=errors)
+    now = Stage(lot, setup, generators[0], errors=errors)
     end = ""
     while not end:
-        watch(now)
         now.goal = goal_of(now.waiting, now.drone.believed, now.goal)
         if maps:
             known.look(now.drone.true, now.drone.believed)

@@ -63,11 +63,6 @@ class TourPilot:
     _yaw: float | None = None
     _side: float | None = None
 
-    @property
-    def next(self) -> int:
-        """Number of the waypoint that is next."""
-        return self._next
-
     def plan(self, frame: FrameInput, known: SurveyedMap) -> PathPlan:  # noqa: ARG002 - it knows the lot
         """Return the waypoint that is next."""
         pose = _pose(frame)

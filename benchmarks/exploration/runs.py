@@ -9,10 +9,9 @@ from typing import Final
 from benchmarks.exploration.flight import Flown, fly
 from benchmarks.exploration.lots import Lot
 from benchmarks.exploration.pilots import FrontierPilot, PlannerPilot
-from benchmarks.exploration.polish import OracleTour
 from benchmarks.exploration.setups import Setup
 from benchmarks.exploration.surveyed import KnownLotMap
-from benchmarks.exploration.tour_cache import TourCache
+from benchmarks.exploration.tours import OracleTour, tour_of
 from hawk.algo.path_plan.settings import PathPlanSettings
 
 PLANNER: Final = "planner"
@@ -51,7 +50,7 @@ class SeedRun:
         return self.flights[PLANNER]
 
 
-def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
+def run_seed(setup: Setup, seed: int) -> SeedRun:
     """Fly the planner to its own end and the others until enough was seen."""
     lot = setup.lot(seed)
     flights = {
@@ -60,7 +59,7 @@ def run_seed(setup: Setup, seed: int, tours: TourCache) -> SeedRun:
         OUTLINE: fly_outline(lot, setup),
         NEAREST: fly(lot, setup, FrontierPilot(), to_the_end=False),
     }
-    return SeedRun(lot, setup.bound(lot.area), tours.tour(lot, setup), flights)
+    return SeedRun(lot, setup.bound(lot.area), tour_of(lot, setup), flights)
 
 
 def fly_known_lot(lot: Lot, setup: Setup) -> Flown:

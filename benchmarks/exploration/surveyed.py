@@ -7,7 +7,6 @@ The lot's border is off by a metre or two, and trees hide parts. Everything lies
 
 from __future__ import annotations
 
-import copy
 import math
 from collections.abc import Mapping
 from typing import Final
@@ -180,12 +179,6 @@ class Coverage:
         new = within(cells - (part[1].start, part[0].start), part) & self._left[part]
         self._seen += int(np.count_nonzero(new))
         self._left[part] -= new
-
-    def copy(self) -> Coverage:
-        """Return the same, to be continued by itself."""
-        other = copy.copy(self)
-        other._left = self._left.copy()
-        return other
 
     @property
     def share(self) -> float:

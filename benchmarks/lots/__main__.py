@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import cv2
 
@@ -30,10 +29,9 @@ from hawk.algo.vision.network import StallNetwork
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Survey all lots, print a line each and a table of all."""
-    parser = make_parser("benchmarks.lots", __doc__)
+    parser = make_parser("benchmarks.lots", __doc__, model=True)
     parser.add_argument("--seeds", type=seeds_option, default="1-20", metavar="A-B", help="drawn lots (1-20)")
     parser.add_argument("--places", type=folder_option, metavar="DIR", help="pictures of real places instead")
-    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     eye = StillEye(StallNetwork.load(options.model))

@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = make_parser("benchmarks.perception", __doc__)
+    parser = make_parser("benchmarks.perception", __doc__, model=True)
     parser.add_argument("--lots", type=folder_option)
     parser.add_argument("--metres", type=float, nargs="+", default=[], help="of coarser pixels, as 0.12 0.15 0.2")
     parser.add_argument("--tiles", type=folder_option)
@@ -68,7 +68,6 @@ def _parser() -> argparse.ArgumentParser:
         "--negatives-scale", type=float, default=NEGATIVES_SCALE, help="metres per pixel of the negatives (0.03)"
     )
     parser.add_argument("--seeds", type=seeds_option, default=[], help="drawn worlds to see in single frames, as 1-5")
-    parser.add_argument("--model", type=Path, help="an ONNX file in place of the package's")
     return parser
 
 

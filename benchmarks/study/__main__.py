@@ -30,10 +30,9 @@ from hawk.algo.vision.network import StallNetwork
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Survey all lots, print a line each and a table of all; return 1 when a figure lies outside its limits."""
-    parser = make_parser("benchmarks.study", __doc__)
+    parser = make_parser("benchmarks.study", __doc__, model=True)
     parser.add_argument("--seeds", type=seeds_option, default="2-4", metavar="A-B", help="drawn lots (2-4)")
     parser.add_argument("--surveys", type=int, metavar="N", help="surveys of each lot after the first (18)")
-    parser.add_argument("--model", type=Path, help="an ONNX model in place of the package's")
     options = parser.parse_args(arguments)
     cv2.setNumThreads(1)
     eye = StillEye(StallNetwork.load(options.model))

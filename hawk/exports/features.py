@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Any, Final
 
 import numpy as np
@@ -21,6 +20,7 @@ from hawk.exports.shapes import lot_shape
 from hawk.lots import section_lists
 from hawk.lots.answers import ListedSection
 from hawk.lots.outlines import Rings, outline_of_rings, rings_of
+from hawk.lots.plan.queries import in_plan
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
@@ -120,17 +120,16 @@ def _box_of(outline: Rings) -> tuple[float, float, float, float] | None:
 def lots(connection: Connection, choice: Choice) -> Found:
     """Return lots, the oldest first, with the counts of the last survey. A lot's time is that of this survey."""
     last = ("seq", "lot", "layout", "ended", "placed", "free", "taken", "unknown")
-    rows = select(LOT.c.id, LOT.c.name, LOT.c.outline, *(SURVEY.c[name] for name in last))
+    present = select(func.count()).select_from(STALL).where(in_plan(STALL.c, LOT.c.id)).correlate(LOT).scalar_subquery()
+    rows = select(LOT.c.id, LOT.c.name, LOT.c.outline, present.label("stalls"), *(SURVEY.c[name] for name in last))
     rows = rows.select_from(LOT.outerjoin(SURVEY, SURVEY.c.seq == last_of(LOT.c.id))).where(LOT.c.merged_into.is_(None))
     rows = rows.where(*choice.during(SURVEY.c.ended, SURVEY.c.ended), *_among(LOT.c.id, choice))
-    return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, partial(_lot, connection))
+    return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, _lot)
 
 
-def _lot(connection: Connection, row: Row[Any], counts: Mapping[str, Any]) -> dict[str, Any]:
-    present = (STALL.c.lot == row.id) & STALL.c.ends.is_(None)
-    stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
+def _lot(row: Row[Any], counts: Mapping[str, Any]) -> dict[str, Any]:
     return {
-        "name": row.name, "stalls": stalls, **counts,
+        "name": row.name, "stalls": row.stalls, **counts,
         "surveyed": None if row.ended is None else utc(row.ended), "placed": row.placed,
     }  # fmt: skip
 

@@ -81,7 +81,7 @@ def survey_frame(connection: Connection, survey: str) -> tuple[LatLon, Move]:
     row = _row(connection, survey)
     if row["placed"] not in PLACED:
         return (float(row["latitude"]), float(row["longitude"])), Move()
-    move = Move() if row["north"] is None else Move(row["north"], row["east"], row["turn"])
+    move = Move() if row["north"] is None else Move.stored(row)
     return datum_of(connection, str(row["lot"])), move
 
 

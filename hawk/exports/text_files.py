@@ -26,6 +26,22 @@ def survey_geojson(survey: ExportRecord) -> bytes:
     return stalls_geojson(map(_values, survey.stalls), rings, about_survey(survey), _lot(survey))
 
 
+def survey_map(survey: ExportRecord) -> dict[str, Any]:
+    """Return the stalls of a survey, a list for each value, as `hawk.web.v1.features.answers.SurveyMap` says."""
+    stalls = survey.stalls
+    latitude, longitude = stalls[0].corners[0] if stalls else (0.0, 0.0)
+    scale, origin = 10**DEGREES, (round(longitude, DEGREES), round(latitude, DEGREES))
+    places = np.array([stall.corners for stall in stalls], dtype=np.float64).reshape(-1, 2)[:, ::-1]
+    return {
+        "origin": origin,
+        "ids": [stall.id for stall in stalls],
+        "labels": [stall.label for stall in stalls],
+        "states": [stall.state for stall in stalls],
+        "taken": [None if stall.taken_probability is None else round(stall.taken_probability, 3) for stall in stalls],
+        "corners": np.rint((places - origin) * scale).astype(np.int64).ravel().tolist(),
+    }
+
+
 def surveys_csv(surveys: Sequence[ExportRecord]) -> bytes:
     """Return the table of stalls of several lots, a line each, as `survey_csv` has one."""
     return table_csv(CSV_COLUMNS, ({**about, **_values(stall)} for about, stall in _of_each(surveys)))

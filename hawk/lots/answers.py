@@ -7,7 +7,7 @@ Places are [north, east], metres in the lot's frame, or degrees of WGS-84, latit
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -15,6 +15,7 @@ from pydantic.dataclasses import dataclass
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.values import ANSWER, Id, PlanSection, PlanStall
 from hawk.lots.values import PossiblePlace
+from hawk.model.sentences import Sentence
 
 Utc = Annotated[datetime, Field(description="UTC")]
 Degrees = Annotated[list[float], Field(min_length=2, max_length=2, description="latitude and longitude, degrees")]
@@ -33,6 +34,19 @@ class Shown(BaseModel):
     """An object of an answer."""
 
     model_config = ConfigDict(frozen=True, populate_by_name=True, **ANSWER)
+
+
+class SpokenSentence(Shown):
+    """A sentence of the program: a page that has words of its own for the code shows those."""
+
+    text: str
+    code: str
+    values: dict[str, str | int | float]
+
+    @classmethod
+    def of(cls, said: Sentence) -> Self:
+        """Return the answer's form of a sentence."""
+        return cls(text=str(said), code=said.code, values=dict(said.values))
 
 
 class Doubt(Shown):

@@ -276,7 +276,7 @@ def _register(
         outcome = registered(connection, lot, looked, register)
         doubt = Doubt(outcome.why, outcome.places) if isinstance(outcome, Doubtful) else None
         if doubt is not None and before is not None and before["placed"] == Placed.REGISTERED:
-            place = Move(before["north"], before["east"], before["turn"])
+            place = Move.stored(before)
             outcome, doubt = placed_by(connection, lot, looked, place), None
     values: dict[str, Any] = {"doubt": None if doubt is None else doubt.json()}
     if isinstance(outcome, Registration):

@@ -41,7 +41,7 @@ from hawk.lots.queries import (
     CHANGE_SHOWN,
     SURVEY_SHOWN,
     change_of,
-    listed_lot,
+    listed_lots,
     lot_row,
     survey_row,
     surveys_of,
@@ -84,14 +84,9 @@ def lots(connection: Connection, asked: Asked) -> LotList:
             raise _no_place()
         is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
     rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
-    return part_of(
-        LotList,
-        connection,
-        rows,
-        asked,
-        lambda row: listed_lot(connection, row._mapping),
-        lambda row: str(row.id),
-    )
+    found = _rows(connection, rows, asked)
+    items = listed_lots(connection, [row._mapping for row in found[: asked.limit]])
+    return _cut(LotList, items, found, asked, lambda row: str(row.id))
 
 
 def lot(connection: Connection, lot_id: str) -> Lot:

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Connection, RowMapping, func, select
+from sqlalchemy import Column, ColumnElement, Connection, RowMapping, func, select, true
 from sqlalchemy import Row as SqlRow
 
 from hawk.lots import change_log
@@ -30,9 +30,9 @@ from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of, found_by
-from hawk.lots.survey.order import is_sure, newest_first
+from hawk.lots.survey.order import is_sure, last_of
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
-from hawk.lots.time_zone import time_zone_of
+from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import (
     LotStoreError,
     NotFoundError,
@@ -90,9 +90,10 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
     surveys = connection.execute(
         select(SURVEY.c.origin, SURVEY.c.id, SURVEY.c.lot).where(SURVEY.c.lot.is_not(None)).order_by(SURVEY.c.seq)
     ).all()
+    of_surveys = [lots[lot] for lot in {lot for _, _, lot in surveys}]
     shown = {
-        lot: {"id": lot, "name": lots[lot]["name"], "time_zone": time_zone_of(connection, lots[lot])}
-        for lot in {lot for _, _, lot in surveys}
+        row["id"]: {"id": row["id"], "name": row["name"], "time_zone": zone}
+        for row, zone in zip(of_surveys, time_zones_of(connection, of_surveys), strict=True)
     }
     return {origin.partition(" ")[0]: {"survey": survey, **shown[lot]} for origin, survey, lot in surveys}
 
@@ -116,24 +117,36 @@ def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
     return found
 
 
-def listed_lot(connection: Connection, row: _Shown) -> ListedLot:
-    """Return a lot of the table with its numbers of stalls and surveys, and the newest survey."""
-    of_lot = SURVEY.c.lot == row["id"]
-    surveys = connection.execute(select(func.count()).select_from(SURVEY).where(of_lot)).scalar_one()
-    newest = select(*SURVEY_SHOWN).where(of_lot).order_by(*newest_first()).limit(1)
-    last_rows = connection.execute(newest).mappings().all()
-    present = (STALL.c.lot == row["id"]) & STALL.c.ends.is_(None)
-    stalls = connection.execute(select(func.count()).select_from(STALL).where(present)).scalar_one()
-    return ListedLot(
-        id=row["id"], name=row["name"], time_zone=time_zone_of(connection, row), stalls=stalls, survey_count=surveys,
-        last_survey=next(iter(surveys_of(connection, last_rows)), None),
-    )  # fmt: skip
+def listed_lots(connection: Connection, rows: Sequence[_Shown]) -> list[ListedLot]:
+    """Return lots of the table with their numbers of stalls and surveys, and the newest survey of each."""
+    among = {"among": json.dumps([row["id"] for row in rows])}
+    surveys = _numbers(connection, SURVEY.c.lot, true(), among)
+    stalls = _numbers(connection, STALL.c.lot, STALL.c.ends.is_(None), among)
+    last = select(last_of(LOT.c.id)).where(is_among(LOT.c.id))
+    last_rows = connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.seq.in_(last)), among).mappings().all()
+    newest = {survey.lot: survey for survey in surveys_of(connection, last_rows)}
+    zones = time_zones_of(connection, rows)
+    return [
+        ListedLot(
+            id=row["id"], name=row["name"], time_zone=zone, stalls=stalls.get(row["id"], 0),
+            survey_count=surveys.get(row["id"], 0), last_survey=newest.get(row["id"]),
+        )
+        for row, zone in zip(rows, zones, strict=True)
+    ]  # fmt: skip
+
+
+def _numbers(
+    connection: Connection, lot: Column[str], counts: ColumnElement[bool], among: Mapping[str, str]
+) -> dict[str, int]:
+    """Return how many rows of a table lots have: those that count."""
+    asked = select(lot, func.count()).where(is_among(lot), counts).group_by(lot)
+    return {name: count for name, count in connection.execute(asked, among)}  # noqa: C416 - rows are no pairs to mypy
 
 
 def whole_lot(connection: Connection, row: _Shown) -> Lot:
     """Return a lot of the table with its place on Earth, and who edits its plan."""
     return Lot(
-        **dict(listed_lot(connection, row)), datum=list(datum_of(connection, row["id"])),
+        **dict(listed_lots(connection, [row])[0]), datum=list(datum_of(connection, row["id"])),
         datum_is_pinned=row["datum_is_pinned"],
         outline=[[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
         edit=serialize.shown_edit(connection, row["id"]), revision=versions.revision_of(connection, row["id"]),

@@ -20,13 +20,14 @@ from sqlalchemy import (
     String,
     Table,
     Text,
+    text,
 )
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 5
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "2ab25207d89055e6438c9f8b2ee49817"
+SCHEMA: Final = "0fdab7e0b71a3fd405cd3ad217bd0abc"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -88,6 +89,7 @@ SURVEY: Final = Table(
     Column("source_name", Text, nullable=False),
     Column("limits", Text, nullable=False),
     Column("vehicles", LargeBinary),
+    Index("ix_survey_order", "lot", "kind", "time_is_sure", "ended"),
     sqlite_autoincrement=True,
 )
 """Order: `hawk.lots.survey.order`. ``stalls``, ``vehicles``: `hawk.lots.tables`; ``vehicles`` is NULL where the network
@@ -117,6 +119,7 @@ STALL: Final = Table(
     Column("first_id", Integer),
     Column("is_named", Boolean, nullable=False, server_default="0"),
     Index("ix_stall_place", "lot", "north"),
+    Index("ix_stall_present", "lot", sqlite_where=text("ends IS NULL")),
     sqlite_autoincrement=True,
 )
 """``begins``: first layout version that has it; ``ends``: first one that has it no more. ``first_survey`` and

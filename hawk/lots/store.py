@@ -11,7 +11,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import logging
-import os
 import sys
 import threading
 import time
@@ -23,6 +22,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 from hawk.lots.values import LotStoreError, Register, Saved, StoreBusyError
 from hawk.model.lot_map import EncodedTile, TileKey
 from hawk.runtime.late import late
+from hawk.runtime.process import set_niceness
 
 if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
@@ -54,9 +54,11 @@ READ_S: Final = 10.0
 """Real seconds that a read may wait and run."""
 FILE_S: Final = 60.0
 """The same for one that makes a file, or compares plans."""
+OPEN_S: Final = 2.0
+"""Real seconds to search for damage while the file is opened: a store of some hundred lots is searched by then."""
 _BUSY: Final = "The store of lots is busy: ask again in some seconds."
-_NICENESS: Final = 15
-"""The threads step back behind every other one of the program."""
+_NICENESS: Final = (15,)
+"""The threads, and those that they start, step back behind every other one of the program."""
 
 
 class LotStore:
@@ -84,8 +86,10 @@ class LotStore:
         self._wall = wall
         self._database: Database | None = None
         self._lock: FlightLock | None = None
-        self._executor = ThreadPoolExecutor(1, thread_name_prefix="lots", initializer=_step_back)
-        self._readers = ThreadPoolExecutor(READS, thread_name_prefix="lots-read", initializer=_step_back)
+        self._executor = ThreadPoolExecutor(1, thread_name_prefix="lots", initializer=set_niceness, initargs=_NICENESS)
+        self._readers = ThreadPoolExecutor(
+            READS, thread_name_prefix="lots-read", initializer=set_niceness, initargs=_NICENESS
+        )
         self._room = threading.BoundedSemaphore(MOST_READS)
         self._is_closing = threading.Event()
 
@@ -230,7 +234,7 @@ class LotStore:
         if self._database is not None and self._database.is_replaced:
             self._drop()
         if self._database is None:
-            self._database = database.Database(self.path, self._pragmas, self._wall)
+            self._database = database.Database(self.path, self._pragmas, self._wall, OPEN_S)
         return self._database
 
     def _drop(self) -> None:
@@ -254,8 +258,3 @@ def show_damage(words: str) -> None:
 def lots_file(folder: Path, named: Path | None = None) -> Path:
     """Return the store's file: the one that the settings name, else the one in the folder of the daemon's files."""
     return named or folder / FILE
-
-
-def _step_back() -> None:
-    with contextlib.suppress(OSError):
-        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)

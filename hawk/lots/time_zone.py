@@ -9,7 +9,7 @@ import json
 import logging
 import subprocess
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Final
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
@@ -31,15 +31,22 @@ _Place = tuple[float, float]
 
 
 def time_zone_of(connection: Connection, row: Mapping[str, Any] | RowMapping) -> str:
-    """Return the name of the time zone of a lot, a row of `LOT`: that of its place where this computer knows none of
-    the name that a person chose, on another computer.
+    """Return the name of the time zone of a lot, a row of `LOT`."""
+    return time_zones_of(connection, [row])[0]
+
+
+def time_zones_of(connection: Connection, rows: Sequence[Mapping[str, Any] | RowMapping]) -> list[str]:
+    """Return the names of the time zones of lots, rows of `LOT`: that of its place for one with a name, chosen on
+    another computer, that this computer does not know.
     """
-    if row["time_zone"] is not None and _clock(str(row["time_zone"])) is not None:
-        return str(row["time_zone"])
-    place = (float(row["latitude"]), float(row["longitude"]))
+    said = [row["time_zone"] for row in rows]
+    chosen = [None if name is None or _clock(str(name)) is None else str(name) for name in said]
+    if None not in chosen:
+        return [str(name) for name in chosen]
+    places = [(float(row["latitude"]), float(row["longitude"])) for row in rows]
     others = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.time_zone.is_(None)))
-    places = frozenset({place, *((float(north), float(east)) for north, east in others)})
-    return _of_places(places).get(place, UTC_NAME)
+    known = _of_places(frozenset({*places, *((float(north), float(east)) for north, east in others)}))
+    return [str(name or known.get(place, UTC_NAME)) for name, place in zip(chosen, places, strict=True)]
 
 
 def zone_of_lot(connection: Connection, lot: str) -> str:

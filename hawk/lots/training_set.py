@@ -96,12 +96,9 @@ def read_lesson(connection: Connection, lot: str) -> Lesson:
     rows = list(placed_surveys(connection, lot))
     shown = [row for row in reversed(rows) if int(row["layout"] or 0) >= since]
     surveys = tuple(
-        Flown(
-            row["id"], int(row["seq"]), float(row["ended"]), Move(row["north"], row["east"], row["turn"]),
-            _states(connection, row["seq"], ids),
-        )
+        Flown(row["id"], int(row["seq"]), float(row["ended"]), Move.stored(row), _states(connection, row["seq"], ids))
         for row in shown
-    )  # fmt: skip
+    )
     text = connection.execute(select(LOT.c.outline).where(LOT.c.id == lot)).scalar_one()
     outline = ground_about(datum_of(connection, lot), outline_of(text))
     return Lesson(lot, tuple(present), known_ground(connection, lot), outline, surveys, len(rows) - len(shown))

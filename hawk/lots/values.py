@@ -17,7 +17,7 @@ from hawk.lots.tables import pack, unpack
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
-from hawk.model.vehicles import MapVehicle, VehicleKind
+from hawk.model.vehicles import Vehicle, VehicleKind
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -219,23 +219,12 @@ _ON_MAP: Final = {"taken_probability": "taken", "picture_count": "seen"}
 
 
 @dataclass(frozen=True, slots=True)
-class VehicleDetection:
-    """A vehicle as a survey saw it: `hawk.model.vehicles.MapVehicle`, with the time of the last look.
+class VehicleDetection(Vehicle):
+    """A vehicle as a survey saw it, in the survey's frame. ``looked_at``: last look, UTC, Unix seconds.
 
-    ``north``, ``east``: middle in the survey's frame, metres. ``looked_at``: UTC, Unix seconds. It is kept with its
-    survey alone, and compared with no vehicle of another one.
+    It is kept with its survey alone, and compared with no vehicle of another one.
     """
 
-    id: int
-    kind: VehicleKind
-    north: float
-    east: float
-    angle: float
-    width: float
-    length: float
-    probability: float
-    looks: int
-    stood_s: float
     looked_at: float
 
     @property
@@ -248,21 +237,9 @@ class VehicleDetection:
         _check_finite(self, "vehicles")
 
     @classmethod
-    def of(cls, vehicle: MapVehicle, looked_at: float) -> VehicleDetection:
+    def of(cls, vehicle: Vehicle, looked_at: float) -> VehicleDetection:
         """Return a vehicle of the map with the time of its last look (UTC, Unix seconds)."""
-        return cls(
-            id=vehicle.id,
-            kind=vehicle.kind,
-            north=float(vehicle.north),
-            east=float(vehicle.east),
-            angle=float(vehicle.angle),
-            width=float(vehicle.width),
-            length=float(vehicle.length),
-            probability=float(vehicle.probability),
-            looks=int(vehicle.looks),
-            stood_s=float(vehicle.stood_s),
-            looked_at=looked_at,
-        )
+        return cls(**{each.name: getattr(vehicle, each.name) for each in fields(Vehicle)}, looked_at=looked_at)
 
 
 def _check_finite(value: Detection | VehicleDetection, those: str) -> None:

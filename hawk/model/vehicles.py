@@ -16,12 +16,12 @@ class VehicleKind(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class MapVehicle:
-    """A vehicle on the map: an oriented rectangle, the body on the ground without its shadow.
+class Vehicle:
+    """A vehicle: an oriented rectangle, the body on the ground without its shadow.
 
-    ``angle`` is the direction of the long side in [0, pi), clockwise from north; ``probability`` that it is a vehicle
-    and stands there still; ``looks``: how many showed it. ``stood_s``: seconds of the flight between the first and the
-    last of them: a vehicle that drives is gone at the next. ``version`` rises when its shown content changes.
+    ``north``, ``east``: its middle, metres. ``angle`` is the direction of the long side in [0, pi), clockwise from
+    north; ``probability`` that it is a vehicle and stands there still; ``looks``: how many showed it. ``stood_s``:
+    seconds of the flight between the first and the last of them: a vehicle that drives is gone at the next.
     """
 
     id: int
@@ -34,5 +34,11 @@ class MapVehicle:
     probability: float
     looks: int
     stood_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class MapVehicle(Vehicle):
+    """A vehicle on the map. ``version`` rises when its shown content changes."""
+
     last_seen: float
     version: int

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Final, Literal, Self
 
 from pydantic import Field
 
-from hawk.lots.answers import Degrees, Metres, Shown, Utc
+from hawk.lots.answers import Degrees, Metres, Shown, SpokenSentence, Utc
 
 READER: Final = "hawk.replay.timeline:packed_film"
 """Function that makes the film of a recording, for `hawk.formats.box`."""
@@ -19,14 +19,6 @@ Seconds = Annotated[float, Field(ge=0, description="seconds of the film")]
 Row = list[float | None]
 
 
-class FilmSentence(Shown):
-    """A sentence among the texts of a message, with its code and values, as the drone sends it."""
-
-    text: str
-    code: str
-    values: Mapping[str, str | int | float]
-
-
 class FilmMessage(Shown):
     """A line of the flight's messages."""
 
@@ -34,7 +26,7 @@ class FilmMessage(Shown):
     level: Literal["info", "ok", "warning", "error"]
     text: str
     details: str
-    sentences: list[FilmSentence]
+    sentences: list[SpokenSentence]
 
 
 class FilmPhase(Shown):

@@ -16,9 +16,10 @@ from pydantic import ValidationError
 
 from hawk.ddc.recorder import DECISION, TICK
 from hawk.formats.box import RefusedError
+from hawk.lots.answers import SpokenSentence
 from hawk.model.frames import offset_ned
 from hawk.model.poses import GlobalPose
-from hawk.replay.film import Film, FilmFence, FilmMessage, FilmPhase, FilmSentence, FilmStall, PackedFilm, Piece, Row
+from hawk.replay.film import Film, FilmFence, FilmMessage, FilmPhase, FilmStall, PackedFilm, Piece, Row
 from hawk.replay.flight import LONGEST_GAP_S, Played, RecordedFlight, ReplayError
 from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, picture_of
 from hawk.store.replay import CAMERA, KNOWN_LOT, MESSAGE, STALLS_ON_EARTH, RecordingError, span_of
@@ -266,7 +267,7 @@ class _Film:
 
 
 def _message(at: float, said: Mapping[str, Any]) -> FilmMessage:
-    sentences = [FilmSentence(**each) for each in said.get("sentences") or ()]
+    sentences = [SpokenSentence(**each) for each in said.get("sentences") or ()]
     text, details = str(said["text"]), str(said.get("details", ""))
     return FilmMessage(at=_short(at), level=said["level"], text=text, details=details, sentences=sentences)
 

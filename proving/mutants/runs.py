@@ -20,7 +20,9 @@ from proving.mutants.sampling import Mutant, difference, mutated
 
 IMPORTED_ONCE: Final = (
     "aiohttp.test_utils",
+    "alembic.command",
     "cv2",
+    "hypothesis",
     "mavsdk.asyncio",
     "numpy",
     "pydantic",
@@ -28,6 +30,7 @@ IMPORTED_ONCE: Final = (
     "scipy.optimize",
     "scipy.spatial",
     "shapely",
+    "sqlalchemy.dialects.sqlite",
     "hawk.model.plans",
     "hawk.model.lot_map",
     "hawk.model.operation",

@@ -80,7 +80,7 @@ def placed_surveys(connection: Connection, lot: str) -> Iterator[RowMapping]:
 
 def witnesses(row: RowMapping) -> tuple[tuple[Detection, ...], BaseGeometry]:
     """Return the stalls that a survey's pictures show, and the ground that it saw well, in the lot's frame."""
-    looked, move = Findings.stored(row), _move(row)
+    looked, move = Findings.stored(row), Move.stored(row)
     shown = move.stalls([stall for stall in looked.stalls if stall.is_witness])
     return shown, looked.ground(move).buffer(-EDGE_M)
 
@@ -234,7 +234,3 @@ def _is_missed(stall: LayoutStall, given: Mapping[str, float]) -> bool:
     if stall.id in given:
         return given[stall.id] < MISSED_SCORE
     return not (given and stall.is_confirmed)  # the flight knew it, and never looked
-
-
-def _move(row: RowMapping) -> Move:
-    return Move(row["north"], row["east"], row["turn"])

@@ -14,6 +14,7 @@ from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import FARTHEST_M
 from hawk.lots.plan.values import NEW, Draft, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
+from hawk.model.sentences import say
 
 MOST_OVERLAP: Final = 0.10
 """Share of the smaller of two stalls that may be the other one's: lines have a width, and vision errs by some of it."""
@@ -30,14 +31,23 @@ def check_places(draft: Draft, around: Sequence[LayoutStall], zones: Sequence[Pl
     shapes = shapes_of(placed)
     far = np.flatnonzero(np.abs(shapes[:, :2]).max(axis=1, initial=0.0) > FARTHEST_M)
     if len(far):
-        raise LotInputError(draft.field, f"{_name(placed[far[0]])} would be 20 km off: write metres in the lot's frame")
+        raise LotInputError(
+            draft.field, say("{stall} would be 20 km off: write metres in the lot's frame", stall=_name(placed[far[0]]))
+        )
     _check_overlaps(draft, placed, around)
     for zone in (*zones, *draft.forbidden):
         inside = geometry.within(zone.outline, shapes[:, :2])
         if any(inside):
-            area = f'"{zone.name}"' if zone.name else "an area"
-            name = _name(placed[inside.index(True)])
-            raise LotInputError(draft.field, f"{name} would stand in {area} without stalls: allow stalls there first")
+            stall = _name(placed[inside.index(True)])
+            if not zone.name:
+                words = say("{stall} would stand in an area without stalls: allow stalls there first", stall=stall)
+            else:
+                words = say(
+                    '{stall} would stand in "{area}" without stalls: allow stalls there first',
+                    stall=stall,
+                    area=zone.name,
+                )
+            raise LotInputError(draft.field, words)
 
 
 def _check_overlaps(draft: Draft, placed: Sequence[LayoutStall], around: Sequence[LayoutStall]) -> None:
@@ -47,7 +57,12 @@ def _check_overlaps(draft: Draft, placed: Sequence[LayoutStall], around: Sequenc
         one, other = everything[first], everything[second]
         before = _share(former.get(one.id, one), former.get(other.id, other))
         if before <= MOST_OVERLAP or share > before + _WORSE:
-            words = f"{_name(one)} would overlap {_name(other)} by {share:.0%}: 10% is the most. Move or remove one"
+            words = say(
+                "{stall} would overlap {other} by {share:.0f} %: 10 % is the most. Move or remove one",
+                stall=_name(one),
+                other=_name(other),
+                share=100 * share,
+            )
             raise LotInputError(draft.field, words)
 
 
@@ -60,4 +75,4 @@ def _share(one: LayoutStall, other: LayoutStall) -> float:
 
 
 def _name(stall: LayoutStall) -> str:
-    return stall.label or "the new stall"
+    return stall.label or say("the new stall")

@@ -44,6 +44,7 @@ from hawk.lots.plan.operations import (
 )
 from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
+from hawk.model.sentences import say, words_of
 from hawk.results.label_parts import LabelParts, in_order, numbered, reading_order
 
 
@@ -72,7 +73,7 @@ def drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) -
     try:
         return _drafted(asked, stalls, context)
     except geometry.ShapeError as error:
-        raise LotInputError(error.field, str(error)) from None
+        raise LotInputError(error.field, words_of(error)) from None
 
 
 def _drafted(asked: Operation, stalls: Sequence[LayoutStall], context: Context) -> Draft:
@@ -126,18 +127,37 @@ def _row(asked: AddRow, context: Context) -> Floats:
     usual = context.length if asked.parallel else context.width / math.cos(asked.lean)
     count = asked.count or max(1, round(length / (asked.pitch or usual)))
     if count * (1 + asked.double) > MOST_STALLS:
-        raise LotInputError("count", f"makes {count * (1 + asked.double)} stalls: write one for {MOST_STALLS} or fewer")
+        raise LotInputError(
+            "count",
+            say(
+                "makes {count} stalls: write one for {most} or fewer",
+                count=count * (1 + asked.double),
+                most=MOST_STALLS,
+            ),
+        )
     shapes = geometry.row_shapes(geometry.Row(start, end, asked.far, count, asked.lean, asked.double))
     width, long = shapes[0, 3:].tolist()
     if not WIDTHS_M[0] <= width <= WIDTHS_M[1]:
-        raise LotInputError("count", f"makes stalls {width:.2f} m wide: write one for {_span(WIDTHS_M)}")
+        raise LotInputError(
+            "count",
+            say(
+                "makes stalls {width:.2f} m wide: write one for {least:g} to {most:g} m",
+                width=width,
+                least=WIDTHS_M[0],
+                most=WIDTHS_M[1],
+            ),
+        )
     if long > LENGTHS_M[1]:
-        raise LotInputError("far", f"makes stalls {long:.2f} m long: place it for {_span(LENGTHS_M)}, or as two rows")
+        raise LotInputError(
+            "far",
+            say(
+                "makes stalls {length:.2f} m long: place it for {least:g} to {most:g} m, or as two rows",
+                length=long,
+                least=LENGTHS_M[0],
+                most=LENGTHS_M[1],
+            ),
+        )
     return shapes
-
-
-def _span(limits: tuple[float, float]) -> str:
-    return f"{limits[0]:g} to {limits[1]:g} m"
 
 
 def _shapes(asked: Move | Turn | Widen, shapes: Floats) -> Floats:
@@ -155,7 +175,7 @@ def _shapes(asked: Move | Turn | Widen, shapes: Floats) -> Floats:
                     found[:, column] = size
             if (found[:, 3] > found[:, 4]).any():
                 field = "length" if asked.width is None else "width"
-                raise LotInputError(field, "makes a stall wider than long: turn it by 90° and exchange both")
+                raise LotInputError(field, say("makes a stall wider than long: turn it by 90° and exchange both"))
             return found
 
 
@@ -201,7 +221,12 @@ def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[Sequenc
     """Return the stalls in the order of their new labels, and these."""
     if asked.labels is not None:
         if len(asked.labels) != len(stalls):
-            raise LotInputError("labels", f"are {len(asked.labels)} for {len(stalls)} stalls: write one for each")
+            raise LotInputError(
+                "labels",
+                say(
+                    "are {labels} for {stalls} stalls: write one for each", labels=len(asked.labels), stalls=len(stalls)
+                ),
+            )
         return stalls, asked.labels
     ordered = stalls if asked.stalls is not None else in_order(stalls)
     return ordered, [f"{asked.letter} {number}" for number in range(asked.first, asked.first + len(stalls))]
@@ -210,14 +235,24 @@ def _renumbered(asked: Renumber, stalls: Sequence[LayoutStall]) -> tuple[Sequenc
 def _numbers(stall: LayoutStall, field: str) -> LabelParts:
     parts = numbered(stall.label)
     if parts is None:
-        raise LotInputError(field, f"finds no number in {stall.label}: give that stall a label by renumber first")
+        raise LotInputError(
+            field, say("finds no number in {label}: give that stall a label by renumber first", label=stall.label)
+        )
     return parts
 
 
 def _shifted(stall: LayoutStall, by: int) -> str:
     parts = _numbers(stall, "by")
     if parts.number + by < 0:
-        raise LotInputError("by", f"makes {stall.label} number {parts.number + by}: write {-parts.number} or more")
+        raise LotInputError(
+            "by",
+            say(
+                "makes {label} number {number}: write {least} or more",
+                label=stall.label,
+                number=parts.number + by,
+                least=-parts.number,
+            ),
+        )
     return parts.with_number(parts.number + by)
 
 
@@ -234,7 +269,9 @@ def _split(stall: LayoutStall, count: int, context: Context) -> Draft:
     shapes = geometry.parts(shapes_of([stall])[0], count)
     width = float(shapes[0, 3])
     if width < WIDTHS_M[0]:
-        raise LotInputError("parts", f"are {width:.2f} m wide: write fewer, for {WIDTHS_M[0]:g} m or more")
+        raise LotInputError(
+            "parts", say("are {width:.2f} m wide: write fewer, for {least:g} m or more", width=width, least=WIDTHS_M[0])
+        )
     (first,) = _reshaped([stall], shapes[:1])
     new = _new(shapes[1:], stall.kind, context)
     return Draft(changed=(first,), added=new, field="parts")
@@ -243,7 +280,7 @@ def _split(stall: LayoutStall, count: int, context: Context) -> Draft:
 def _zone(named: str, zones: Sequence[PlanZone]) -> PlanZone:
     zone = next((each for each in zones if each.id == named), None)
     if zone is None:
-        raise LotInputError("zone", "must be of this plan: read the plan again")
+        raise LotInputError("zone", say("must be of this plan: read the plan again"))
     return zone
 
 
@@ -253,7 +290,9 @@ def _ring(asked: Forbid | DrawZone) -> tuple[tuple[float, float], ...]:
 
 def _drawn(asked: DrawZone, context: Context) -> Draft:
     if any(zone.name == asked.name for zone in context.named):
-        raise LotInputError("name", f"{asked.name} is another zone's: write another one, or erase that zone first")
+        raise LotInputError(
+            "name", say("{name} is another zone's: write another one, or erase that zone first", name=asked.name)
+        )
     return Draft(drawn=(PlanZone(context.new_id(), asked.name, _ring(asked), asked.kind),), field="outline")
 
 
@@ -261,7 +300,7 @@ def _forbidden(asked: Forbid, stalls: Sequence[LayoutStall], context: Context) -
     outline = _ring(asked)
     name = " ".join(asked.name.split())
     if not name.isprintable():
-        raise LotInputError("name", "holds characters that cannot be shown: write it without")
+        raise LotInputError("name", say("holds characters that cannot be shown: write it without"))
     inside = geometry.within(outline, shapes_of(stalls)[:, :2])
     ended = tuple(stall for stall, lies in zip(stalls, inside, strict=True) if lies)
     return Draft(ended=ended, forbidden=(PlanZone(context.new_id(), name, outline, NO_STALLS),), field="outline")

@@ -13,6 +13,7 @@ import numpy as np
 import shapely
 
 from hawk.lots.plan.values import Floats
+from hawk.model.sentences import say
 
 Point = tuple[float, float]
 _LEAST_FRONT_M: Final = 0.5
@@ -47,7 +48,10 @@ def front_length(start: Point, end: Point) -> float:
     """Return the length of a row's front, metres. Raises ShapeError for one without length."""
     found = math.dist(start, end)
     if found < _LEAST_FRONT_M:
-        raise ShapeError("front", f"is {found:.2f} m long: place its ends {_LEAST_FRONT_M} m apart or more")
+        raise ShapeError(
+            "front",
+            say("is {length:.2f} m long: place its ends {least:g} m apart or more", length=found, least=_LEAST_FRONT_M),
+        )
     return found
 
 
@@ -71,7 +75,7 @@ def row_shapes(row: Row) -> Floats:
     width = pitch * cosine
     long = (depth - width * abs(sine)) / cosine
     if long < _LEAST_FRONT_M:
-        raise ShapeError("far", "leaves the stalls no length: place it farther from the front")
+        raise ShapeError("far", say("leaves the stalls no length: place it farther from the front"))
     direction = cosine * across + sine * along
     steps = (np.arange(row.count) + 0.5)[:, None] * pitch
     middles = np.array(row.start) + steps * along + math.tan(row.lean) * depth / 2 * along + depth / 2 * across
@@ -161,9 +165,9 @@ def checked_ring(ring: list[Point]) -> list[Point]:
     """Return the corners of an area that does not cross itself. Raises ShapeError."""
     area = shapely.Polygon(ring)
     if not area.is_valid:
-        raise ShapeError("outline", "crosses or touches itself: place the corners in their order around the area")
+        raise ShapeError("outline", say("crosses or touches itself: place the corners in their order around the area"))
     if area.area < 1.0:
-        raise ShapeError("outline", f"has {area.area:.2f} m²: draw an area of 1 m² or more")
+        raise ShapeError("outline", say("has {area:.2f} m²: draw an area of 1 m² or more", area=area.area))
     return ring
 
 

@@ -17,6 +17,7 @@ from hawk.lots.plan import queries
 from hawk.lots.plan.values import Draft, LayoutStall
 from hawk.lots.values import LotInputError
 from hawk.model.lot_map import Stall, StallState
+from hawk.model.sentences import say
 
 
 def with_labels_free(connection: Connection, lot: str, draft: Draft) -> Draft:
@@ -29,7 +30,9 @@ def with_labels_free(connection: Connection, lot: str, draft: Draft) -> Draft:
         return draft
     if len(given) < len(draft.given):
         twice, _ = Counter(stall.label for _, stall in draft.given).most_common(1)[0]
-        raise LotInputError(draft.field, f"would give {twice} to two stalls: name other stalls, or give one of them")
+        raise LotInputError(
+            draft.field, say("would give {label} to two stalls: name other stalls, or give one of them", label=twice)
+        )
     holding = _keeping(draft, queries.labelled(connection, lot, [*given]))
     if not holding:
         return draft
@@ -53,9 +56,12 @@ def _check_ours(draft: Draft, holding: Sequence[LayoutStall]) -> None:
     """Refuse a draft that needs the label of a stall which a person named. Raises LotInputError."""
     named = [stall.label for stall in holding if stall.is_named]
     if named:
-        more = f" and {len(named) - 1} more" if len(named) > 1 else ""
-        words = (
-            f"{named[0]}{more}: a person confirmed the label of another stall: swap the rows, or rename that one first"
+        labels = named[0]
+        if len(named) > 1:
+            labels = say("{label} and {count} more", label=labels, count=len(named) - 1)
+        words = say(
+            "{labels}: a person confirmed the label of another stall: swap the rows, or rename that one first",
+            labels=labels,
         )
         raise LotInputError(draft.field, words)
 

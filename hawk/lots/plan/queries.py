@@ -33,6 +33,7 @@ from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutSection, Lay
 from hawk.lots.rows import is_among
 from hawk.lots.schema import FORMER, SECTION, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
+from hawk.model.sentences import say
 
 _LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
 """No stall reaches farther from its middle."""
@@ -112,7 +113,7 @@ def selected(connection: Connection, lot: str, asked: Operation) -> list[LayoutS
         return _row(connection, lot, asked.row, "row")
     found = all_stalls(connection, lot)
     if not found:
-        raise LotInputError("all", "finds none: the plan has no such stall; read the plan again")
+        raise LotInputError("all", say("finds none: the plan has no such stall; read the plan again"))
     return found
 
 
@@ -120,7 +121,7 @@ def _row(connection: Connection, lot: str, row: str, field: str) -> list[LayoutS
     """Return the stalls of a row that an operation means. Raises LotInputError."""
     found = of_row(connection, lot, row)
     if not found:
-        raise LotInputError(field, f"{row} has none: the plan has no such stall; read the plan again")
+        raise LotInputError(field, say("{row} has none: the plan has no such stall; read the plan again", row=row))
     return found
 
 
@@ -243,5 +244,5 @@ def _by_ids(connection: Connection, lot: str, ids: Sequence[str], field: str) ->
     for number, each in enumerate(ids):
         if each not in found:
             place = field if field == "stall" else f"{field}[{number}]"
-            raise LotInputError(place, "is no stall of this plan: read the plan again")
+            raise LotInputError(place, say("is no stall of this plan: read the plan again"))
     return [found[each] for each in ids]

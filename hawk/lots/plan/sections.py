@@ -17,6 +17,7 @@ from hawk.lots.plan.operations import MOST_PLACES, ChangeSection, DrawSection, R
 from hawk.lots.plan.values import Draft, LayoutSection, SectionKind
 from hawk.lots.values import LotInputError
 from hawk.model.poses import Ring
+from hawk.model.sentences import say
 
 PLACES_M: Final[Mapping[SectionKind, float]] = {"parallel": 5.5, "across": 2.5}
 """Metres of kerb for one vehicle where nobody says otherwise."""
@@ -38,13 +39,18 @@ def strip(line: Sequence[geometry.Point], width: float, side: str) -> Ring:
     """
     course = shapely.LineString([(east, north) for north, east in line])
     if course.length < _LEAST_LINE_M:
-        raise geometry.ShapeError("line", f"is {course.length:.2f} m long: place its ends 1 m apart or more")
+        raise geometry.ShapeError(
+            "line",
+            say("is {length:.2f} m long: place its ends {least:g} m apart or more", length=course.length, least=1),
+        )
     if not course.is_simple:
-        raise geometry.ShapeError("line", "crosses itself: place its corners in their order along the kerb")
+        raise geometry.ShapeError("line", say("crosses itself: place its corners in their order along the kerb"))
     off = width if side == "left" else -width  # left of the line where x is east and y north
     area = course.buffer(off, single_sided=True, join_style="mitre")
     if area.geom_type != "Polygon" or area.interiors or not area.area:
-        raise geometry.ShapeError("width", "is too wide for the bends of the line: write less, or draw two sections")
+        raise geometry.ShapeError(
+            "width", say("is too wide for the bends of the line: write less, or draw two sections")
+        )
     ring = shapely.remove_repeated_points(area, 1e-4).exterior.coords[:-1]
     return _rounded([(north, east) for east, north in ring])
 
@@ -105,15 +111,17 @@ def removed(asked: RemoveSection, present: Sequence[LayoutSection]) -> Draft:
 def _named(section: str, present: Sequence[LayoutSection]) -> LayoutSection:
     found = next((each for each in present if each.id == section), None)
     if found is None:
-        raise LotInputError("section", "must be of this plan: read the plan again")
+        raise LotInputError("section", say("must be of this plan: read the plan again"))
     if not found.outline:
-        raise LotInputError("section", "is damaged on the disk. Restore a backup: hawk-drone restore FILE")
+        raise LotInputError("section", say("is damaged on the disk. Restore a backup: hawk-drone restore FILE"))
     return found
 
 
 def _check_name(name: str, present: Sequence[LayoutSection]) -> None:
     if any(each.name == name for each in present):
-        raise LotInputError("name", f"{name} is another section's: write another one, or remove that section first")
+        raise LotInputError(
+            "name", say("{name} is another section's: write another one, or remove that section first", name=name)
+        )
 
 
 def _rounded(ring: Sequence[geometry.Point]) -> Ring:

@@ -188,7 +188,7 @@ def _known(connection: Connection, lot: str) -> tuple[tuple[LayoutStall, ...], B
     looked = Findings.stored(row)
     move = frame_of(datum_of(connection, lot), looked.datum)
     if row["north"] is not None:
-        move = Move(row["north"], row["east"], row["turn"])
+        move = Move.stored(row)
     stalls = [stall for stall in move.stalls(looked.stalls) if stall.is_witness]
     shown = (LayoutStall(str(s.id), "", s.north, s.east, s.angle, s.width, s.length, "", False, False) for s in stalls)
     return tuple(shown), looked.ground(move), "survey"

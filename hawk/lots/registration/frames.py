@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import shapely
@@ -15,6 +15,9 @@ from shapely.geometry.base import BaseGeometry
 from hawk.lots.plan.values import LayoutStall
 from hawk.lots.registration.georeference import about
 from hawk.lots.values import Detection
+
+if TYPE_CHECKING:
+    from sqlalchemy import RowMapping
 
 MATCH_M: Final = 1.0
 """Two stalls farther apart are not one."""
@@ -42,6 +45,11 @@ class Move:
     north: float = 0.0
     east: float = 0.0
     turn: float = 0.0
+
+    @classmethod
+    def stored(cls, row: Mapping[str, Any] | RowMapping) -> Move:
+        """Return the move that the row of a placed survey keeps."""
+        return cls(row["north"], row["east"], row["turn"])
 
     def of(self, places: Floats) -> Floats:
         """Return places (N, 2) of (north, east) after the move."""

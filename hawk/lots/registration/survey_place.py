@@ -212,7 +212,7 @@ def known_ground(connection: Connection, lot: str) -> BaseGeometry:
     surveys = [seq for seq in makers if seq is not None]
     is_placed = SURVEY.c.seq.in_(surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen_ground.is_not(None)
     rows = connection.execute(select(SURVEY).where(is_placed)).mappings().all()
-    seen = union_all([Findings.stored(row).ground(Move(row["north"], row["east"], row["turn"])) for row in rows])
+    seen = union_all([Findings.stored(row).ground(Move.stored(row)) for row in rows])
     if makers and not surveys:
         places = [(stall.north, stall.east) for stall in all_stalls(connection, lot)]
         seen = MultiPoint(places).convex_hull.buffer(ABOUT_M)

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Final
 
 from hawk.lots.schema import VERSION
+from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import check, read_only
-from hawk.lots.storage.digests import Part, damaged_parts, seal
+from hawk.lots.storage.digests import Part, seal
 from hawk.lots.storage.erasure import all_erased, erase_again, note_erased
 from hawk.lots.values import LotStoreError
 

@@ -8,6 +8,8 @@ of the file is kept beside it.
 from __future__ import annotations
 
 import contextlib
+import logging
+import math
 import secrets
 import sqlite3
 import threading
@@ -22,7 +24,8 @@ from sqlalchemy.exc import DBAPIError
 from sqlalchemy.pool import QueuePool, StaticPool
 
 from hawk.lots.schema import APPLICATION_ID, SCHEMA, VERSION
-from hawk.lots.storage.digests import Part, damaged_parts, note_damaged, pass_over, seal, seal_everything, words_of
+from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
+from hawk.lots.storage.digests import Part, note_damaged, pass_over, seal, seal_everything, words_of
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
 from hawk.lots.values import LotStoreError, StoreBusyError
 from hawk.runtime.files import sync_folder
@@ -37,6 +40,8 @@ else:
     script = late("alembic.script")
     environment = late("alembic.runtime.environment")
     migration = late("alembic.runtime.migration")
+
+_LOG = logging.getLogger(__name__)
 
 BUSY_S: Final = 5.0
 """Real seconds to wait for another program that writes the file."""
@@ -58,12 +63,16 @@ _RESTORE: Final = "Nothing was written. Restore a backup: hawk-drone restore FIL
 class Database:
     """An open store.
 
-    ``is_read_only``: it is of a newer version, named in ``notice``. ``damaged``: parts that readers pass over, named in
-    ``damage`` and ``notice``.
+    ``is_read_only``: it is of a newer version, or damaged as a whole, named in ``notice``. ``damaged``: parts that
+    readers pass over, named in ``damage`` and ``notice``. ``is_searched``: set when no more damage is searched for.
     """
 
     def __init__(
-        self, path: Path, pragmas: Mapping[str, int] | None = None, wall: Callable[[], float] = time.time
+        self,
+        path: Path,
+        pragmas: Mapping[str, int] | None = None,
+        wall: Callable[[], float] = time.time,
+        patience_s: float | None = None,
     ) -> None:
         """Open the file, make it when there is none, migrate an older one. Raises LotStoreError.
 
@@ -71,10 +80,18 @@ class Database:
             path: The file.
             pragmas: SQLite's, set on every connection beside ours.
             wall: UTC, Unix seconds: SQL's ``hawk_now()``, by which a survey's time has been.
+            patience_s: Real seconds to search for damage until it is open; a thread searches what is left of a large
+                store, and logs what it finds. Meanwhile one survey or lot that is read is compared by itself
+                (`check_whole`). None: all is searched.
         """
         self.path = path
-        self.notice, self.damage = "", ""
+        self.notice, self.damage, self._migrated = "", "", ""
         self.damaged: tuple[Part, ...] = ()
+        self._patience_s = patience_s
+        self._search = DamageSearch()
+        self.is_searched = threading.Event()
+        self._is_closing = threading.Event()
+        self._beside: threading.Thread | None = None
         self._pragmas = dict(pragmas or {})
         self._wall = wall
         with explained(path):
@@ -141,6 +158,9 @@ class Database:
 
     def close(self) -> None:
         """Close the file. SQLite removes the WAL when the last one that may write it goes: readers go before."""
+        self._is_closing.set()
+        if self._beside is not None:
+            self._beside.join()
         self._readers.dispose()
         with self._watch:
             if self._watching is not None:
@@ -154,7 +174,7 @@ class Database:
             if self.path.with_name(f"{self.path.name}-wal").exists():
                 raise LotStoreError(f"{self.path} is missing beside its -wal. {_RESTORE}")
             make(self.path)
-        return check(self.path)
+        return check(self.path, looks_at_pages=False)
 
     def _open(self) -> Engine:
         def connect() -> sqlite3.Connection:
@@ -187,13 +207,35 @@ class Database:
         return opened
 
     def _find_damage(self) -> None:
+        until = math.inf if self._patience_s is None else time.monotonic() + self._patience_s
+        if not self._search_on(lambda: time.monotonic() >= until):
+            self._beside = threading.Thread(target=self._search_beside, name="lots-search", daemon=True)
+            self._beside.start()
+        else:
+            self.is_searched.set()
+
+    def _search_beside(self) -> None:
+        try:
+            self._search_on(self._is_closing.is_set)
+        except LotStoreError as error:
+            self.notice, self.is_read_only = str(error), True
+        if self.is_read_only or self.damage:
+            _LOG.error("the store of lots: %s", self.notice)
+        self.is_searched.set()
+
+    def _search_on(self, is_over: Callable[[], bool]) -> bool:
+        """Search for damage until all was read, which is True. Raises LotStoreError for a file that is damaged."""
         with explained(self.path), contextlib.closing(read_only(self.path)) as opened:
             opened.execute("BEGIN")
-            self.damaged = damaged_parts(opened)
-            self.damage = words_of(opened, self.damaged)
-        self.notice = ". ".join(
-            each for each in (self.notice, f"{self.path}: {self.damage}" * bool(self.damage)) if each
-        )
+            is_done = self._search.go_on(opened, is_over)
+            words = words_of(opened, found := tuple(sorted(self._search.found)))
+        if self._search.faults:
+            raise LotStoreError(f"{self.path} is damaged: {self._search.faults}. {_RESTORE}")
+        if found != self.damaged:
+            self.notice = ". ".join(each for each in (self._migrated, f"{self.path}: {words}") if each)
+            self.damage, self.damaged, self._opened = words, found, secrets.token_hex(4)
+            self._readers.dispose()  # those that are opened from now on see nothing of it
+        return is_done
 
     def _tag(self) -> str:
         """Return a text that differs after every change of the file, by any program, and between runs.
@@ -212,7 +254,8 @@ class Database:
             copy(self.path, kept)
         with self.writing() as connection:
             migrate(connection)
-        self.notice = f"{self.path} was of version {version} and is of version {VERSION} now; {kept} is a copy of it"
+        self._migrated = f"{self.path} was of version {version} and is of version {VERSION} now; {kept} is a copy of it"
+        self.notice = self._migrated
 
     def put_into_file(self) -> None:
         """Move what was committed from the WAL into the file: a WAL that is cut loses without an error.
@@ -253,10 +296,11 @@ def read_only(path: Path, *, check_same_thread: bool = True) -> sqlite3.Connecti
     return sqlite3.connect(address, uri=True, timeout=BUSY_S, check_same_thread=check_same_thread)
 
 
-def check(path: Path, remedy: str = _RESTORE) -> int:
+def check(path: Path, remedy: str = _RESTORE, *, looks_at_pages: bool = True) -> int:
     """Return the version of a file that is whole, with the schema of a store of that version, as far as it is known.
 
-    Raises LotStoreError with the ``remedy``.
+    ``looks_at_pages``: all of the file is read; one of an earlier version is read in any case. Raises LotStoreError
+    with the ``remedy``.
     """
     with explained(path):
         _check_ends(path)
@@ -267,10 +311,8 @@ def check(path: Path, remedy: str = _RESTORE) -> int:
             version = int(opened.execute("PRAGMA user_version").fetchone()[0])
             if version <= VERSION:
                 _check_schema(path, opened, version, remedy)
-            found = opened.execute("PRAGMA integrity_check(3)").fetchall()
-            if found != [("ok",)]:
-                words = "; ".join(" ".join(str(row[0]).split()) for row in found)
-                raise LotStoreError(f"{path} is damaged: {words}. {remedy}")
+            if (looks_at_pages or version != VERSION) and (faults := faults_of(opened)):
+                raise LotStoreError(f"{path} is damaged: {faults}. {remedy}")
             return version
 
 

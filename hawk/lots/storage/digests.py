@@ -1,9 +1,9 @@
 """Digests of what the store holds, part by part: a survey, a lot with its plan, a change, a message.
 
 A disk that changes a bit is no error to SQLite. Each transaction stores the digests of the parts that it changed, which
-triggers have noted. They are compared when the file is opened, at a backup, by `hawk-drone verify`, and where one
-survey or lot is read or changed. A part that is damaged is passed over by every reader and named; it stays damaged when
-something is written into it.
+triggers have noted. They are compared when the file is opened (`hawk.lots.storage.damage_search`), at a backup, by
+`hawk-drone verify`, and where one survey or lot is read or changed. A part that is damaged is passed over by every
+reader and named; it stays damaged when something is written into it.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import hashlib
 import sqlite3
 import struct
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final, cast
@@ -53,12 +53,20 @@ def _columns(store: sqlite3.Connection, table: str) -> tuple[str, ...]:
     return tuple(row[1] for row in store.execute(f"PRAGMA main.table_info({table})"))
 
 
-def digest_of(store: sqlite3.Connection, part: Part) -> bytes | None:
-    """Return the digest of a part as it is, `DAMAGED` for one that cannot be read; None for one without rows."""
+def selections(store: sqlite3.Connection, kind: str) -> list[str]:
+    """Return the statements that read the rows of a part of a kind, with its key as their parameter."""
+    found = ((table, name, _columns(store, table)) for table, name in PARTS[kind].items())
+    return [_selection(*each) for each in found if each[2]]
+
+
+def digest_of(store: sqlite3.Connection, part: Part, asked: Sequence[str] | None = None) -> bytes | None:
+    """Return the digest of a part as it is, `DAMAGED` for one that cannot be read; None for one without rows.
+
+    ``asked``: the `selections` of its kind, where they are known.
+    """
     key = int(part.key) if part.kind in _NUMBERED else part.key
     try:
-        found = ((table, name, _columns(store, table)) for table, name in PARTS[part.kind].items())
-        asked = [_selection(*each) for each in found if each[2]]
+        asked = selections(store, part.kind) if asked is None else asked
         rows = [store.execute(selection, (key,)).fetchall() for selection in asked]
     except (sqlite3.OperationalError, UnicodeError):  # text that is none
         return DAMAGED
@@ -108,35 +116,11 @@ def seal_everything(store: sqlite3.Connection, damaged: Collection[Part] = ()) -
     seal(store, damaged)
 
 
-def damaged_parts(store: sqlite3.Connection) -> tuple[Part, ...]:
-    """Return the parts whose rows are not those that were stored, by kind and key.
-
-    Raises sqlite3.Error for a file that cannot be read.
-    """
-    sealed = {Part(kind, str(key)): digest for kind, key, digest in _digests(store)}
-    unknown = (part for part in _parts(store) if part not in sealed)
-    wrong = (part for part, digest in sealed.items() if digest is not None and _differs(store, part, digest))
-    return tuple(sorted({*unknown, *wrong}))
-
-
-def _digests(store: sqlite3.Connection) -> Sequence[tuple[str, str, bytes | None]]:
-    try:
-        return store.execute("SELECT part, key, digest FROM digest").fetchall()
-    except (sqlite3.OperationalError, UnicodeError) as error:  # text that is none
-        raise sqlite3.DatabaseError(f"the digests cannot be read: {error}") from error
-
-
-def _parts(store: sqlite3.Connection) -> Iterator[Part]:
-    for kind, tables in PARTS.items():
-        table, key = next(iter(tables.items()))
-        for (found,) in store.execute(f"SELECT CAST({key} AS BLOB) FROM {table}"):  # noqa: S608 - our own words
-            yield Part(kind, bytes(found or b"").decode(errors="replace"))
-
-
-def _differs(store: sqlite3.Connection, part: Part, digest: object) -> bool:
+def differs(store: sqlite3.Connection, part: Part, digest: object, asked: Sequence[str] | None = None) -> bool:
+    """Return True for a part whose rows are not those of its stored digest. ``asked``: as of `digest_of`."""
     if part.kind not in PARTS or (part.kind in _NUMBERED and not part.key.isdecimal()):
         return True
-    return digest_of(store, part) != digest or digest == DAMAGED
+    return digest_of(store, part, asked) != digest or digest == DAMAGED
 
 
 def words_of(store: sqlite3.Connection, parts: Sequence[Part], most: int = 5) -> str:
@@ -219,7 +203,7 @@ def _is_changed(connection: Connection, part: Part, version: str) -> bool:
     found = store.execute(asked, (part.kind, part.key)).fetchone()
     if found is None or found[0] is None:  # there is none, or the transaction under way has changed it
         return False
-    if _differs(store, part, found[0]):
+    if differs(store, part, found[0]):
         return True
     if not any(each == version for each, _ in checked):
         checked.clear()

@@ -16,8 +16,9 @@ from typing import Final
 
 from hawk.lots.change_log import Group, packed, unpacked
 from hawk.lots.names import chosen_survey
+from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import BUSY_S, explained, read_only
-from hawk.lots.storage.digests import damaged_parts, seal
+from hawk.lots.storage.digests import seal
 from hawk.lots.values import LotStoreError, NotFoundError, Placed
 
 _LOT_TABLES: Final = ("former", "label", "zone", "section", "dropped", "pin", "plan", "share")

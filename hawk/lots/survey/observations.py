@@ -5,6 +5,7 @@ The table of observations is the truth; a piece that is not there is made from i
 
 from __future__ import annotations
 
+import json
 import logging
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, delete, func, insert, select
 
+from hawk.lots.rows import is_among
 from hawk.lots.schema import LOOKS, OBSERVATION, STALL, SURVEY
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import StallState
@@ -90,11 +92,9 @@ def looks_of(connection: Connection, surveys: Sequence[int]) -> Looks:
     """
     found: dict[int, tuple[object, object]] = {}
     if surveys:
-        asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(
-            LOOKS.c.survey.between(min(surveys), max(surveys))
-        )
-        wanted = set(surveys)
-        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked).all() if survey in wanted}
+        asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(is_among(LOOKS.c.survey))
+        among = {"among": json.dumps([*surveys])}
+        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked, among)}
     highest = connection.execute(select(func.max(STALL.c.key))).scalar() or 0
     whole = {survey: cast("tuple[float, bytes]", piece) for survey, piece in found.items() if _is_whole(*piece)}
     damaged = found.keys() - whole.keys() | _with_wrong_values(whole, highest)

@@ -18,6 +18,7 @@ from sqlalchemy import (
     case,
     exists,
     func,
+    not_,
     or_,
     select,
 )
@@ -82,10 +83,37 @@ def oldest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
 
 
 def last_of(lot: ColumnElement[Any]) -> ScalarSelect[Any]:
-    """Return the number of the last survey of a lot, correlated with the table of ``lot``."""
+    """Return the number of the last survey of a lot, correlated with the table of ``lot``.
+
+    It is the last one of the last of each kind, which the index of the order finds: a lot with thousands of surveys
+    costs no more than one with some.
+    """
     each = SURVEY.alias()
-    asked = select(each.c.seq).where(each.c.lot == lot).order_by(*newest_first(each)).limit(1)
+    of_kinds = [_last(lot, kind, is_sure) for kind in SurveyKind for is_sure in (True, False)]
+    asked = select(each.c.seq).where(each.c.seq.in_([*of_kinds, _last_to_come(lot)]))
+    return asked.order_by(*newest_first(each)).limit(1).correlate(lot.table).scalar_subquery()
+
+
+def _last(lot: ColumnElement[Any], kind: SurveyKind, is_sure: bool) -> ScalarSelect[Any]:
+    """Return the last survey of a lot among those of one kind whose times are sure, or are not, and have been.
+
+    Landings follow each other whatever their clocks say, so without sure times the last one was stored last.
+    """
+    each = SURVEY.alias()
+    is_of = and_(each.c.lot == lot, each.c.kind == kind.value, each.c.time_is_sure.is_(is_sure))
+    if kind is SurveyKind.FLOWN and not is_sure:
+        asked = select(func.max(each.c.seq)).where(is_of)
+    else:
+        is_there = is_of if kind is SurveyKind.FLOWN else and_(is_of, has_been(each))
+        asked = select(each.c.seq).where(is_there).order_by(each.c.ended.desc(), each.c.seq.desc()).limit(1)
     return asked.correlate(lot.table).scalar_subquery()
+
+
+def _last_to_come(lot: ColumnElement[Any]) -> ScalarSelect[Any]:
+    """Return the picture of a lot that was stored last among those whose time is later than now."""
+    each = SURVEY.alias()
+    is_of = and_(each.c.lot == lot, each.c.kind == SurveyKind.PICTURE.value, not_(has_been(each)))
+    return select(func.max(each.c.seq)).where(is_of).correlate(lot.table).scalar_subquery()
 
 
 def is_last_look(connection: Connection) -> ColumnElement[bool]:

@@ -119,7 +119,7 @@ def move_of_survey(connection: Connection, row: Mapping[str, Any] | RowMapping) 
     In a lot without stalls no survey can be registered: its receiver says where it lies.
     """
     if row["placed"] in PLACED and row["north"] is not None:
-        return Move(row["north"], row["east"], row["turn"])
+        return Move.stored(row)
     stalls = select(STALL.c.key).where(in_plan(STALL.c, row["lot"])).limit(1)
     if row["placed"] != Placed.UNREGISTERED or connection.execute(stalls).first() is not None:
         return None

@@ -63,16 +63,16 @@ class Caption:
 
     begin: float
     end: float
-    count: int | None = None
-    latitude: float | None = None
-    longitude: float | None = None
-    altitude: float | None = None
-    height: float | None = None
-    gimbal: tuple[float, float, float] | None = None
-    moment: float | None = None
-    focal_mm: float | None = None
-    zoom: float = 1.0
-    is_coarse: bool = False
+    count: int | None
+    latitude: float | None
+    longitude: float | None
+    altitude: float | None
+    height: float | None
+    gimbal: tuple[float, float, float] | None
+    moment: float | None
+    focal_mm: float | None
+    zoom: float
+    is_coarse: bool
 
 
 @dataclass(frozen=True, slots=True)

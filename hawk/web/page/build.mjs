@@ -10,7 +10,9 @@ const out = resolve(process.argv[2] ?? join(here, "..", "static"));
 /** Bytes of everything that a browser loads in one language before the first view can be used, compressed. */
 const LARGEST_GZIP = 300_000;
 /** The same of the views that are loaded when one of them is opened. */
-const LARGEST_VIEWS_GZIP = 66_000;
+const LARGEST_VIEWS_GZIP = 60_000;
+/** The same of what Fly reads when it is shown already: the editor of fences, and plots. */
+const LARGEST_DRAWN_GZIP = 80_000;
 
 /**
  * English is part of the page; a browser loads any other language as a file, with the sentences of the drone's program
@@ -73,13 +75,19 @@ const { outputs } = results[0].metafile;
 const everything = results.flatMap((result) => Object.keys(result.metafile.outputs));
 const fonts = everything.filter((name) => name.endsWith(".woff2"));
 const languages = everything.filter((name) => name.endsWith(".ftl"));
-const late = Object.keys(outputs).filter((name) => name.endsWith(".js") && !before("app.js").has(name) && !/^guest\.js$/.test(basename(name)));
-for (const [name, entry] of [["index.html", "app.js"], ["shared.html", "guest.js"]]) {
-  await preload(name, entry);
+/** Files of each late part of the page, besides those that its page needs anyway. */
+const PARTS = { fly: [], maps: ["views.css"], figures: ["views.css"] };
+for (const [name, entry, parts] of [["index.html", "app.js", Object.keys(PARTS)], ["shared.html", "guest.js", ["maps", "figures"]]]) {
+  await preload(name, entry, parts);
 }
+const shell = before("app.js");
+const flight = new Set([...shell, ...partFiles("fly")]);
+const views = new Set(["maps", "figures"].flatMap(partFiles).filter((name) => !flight.has(name)));
+const drawn = Object.keys(outputs).filter((name) => name.endsWith(".js") && !flight.has(name) && !views.has(name) && basename(name) !== "guest.js");
 const first = ["early.js", "app.css", "index.html"].map((name) => join(out, name));
-await checkSize("first view", [...[...before("app.js")].map((name) => join(here, name)), ...first, ...fonts], LARGEST_GZIP);
-await checkSize("views opened later", [...late, join(out, "views.css")], LARGEST_VIEWS_GZIP, false);
+await checkSize("first view", [...[...flight].map((name) => join(here, name)), ...first, ...fonts], LARGEST_GZIP);
+await checkSize("views opened later", [...views, join(out, "views.css")], LARGEST_VIEWS_GZIP, false);
+await checkSize("what is drawn later in flight", drawn, LARGEST_DRAWN_GZIP, false);
 const inputs = results.flatMap((result) => Object.keys(result.metafile.inputs));
 await writeFile(join(out, "licences.txt"), await licences(inputs));
 
@@ -104,19 +112,19 @@ async function checkSize(name, files, largest, inOneLanguage = true) {
   console.log(`${name}: ${(total / 1000).toFixed(1)} kB (gzip)`);
 }
 
-/** What a page reads besides when one of its views is opened. */
-function opened(entry) {
-  const views = Object.keys(outputs).find((name) => outputs[name].entryPoint === "src/views/lot-views.ts");
-  return [...[...before(basename(views))].filter((name) => !before(entry).has(name)).map((name) => basename(name)), "views.css"];
+/** Scripts of a late part, which is a file of src/parts. */
+function partFiles(part) {
+  return [...before(basename(Object.keys(outputs).find((name) => outputs[name].entryPoint === `src/parts/${part}.ts`)))];
 }
 
 /** The browser asks for fonts and parts at once, not when it has read what wants them: nothing moves when they come. */
-async function preload(page, entry) {
-  const parts = [...before(entry)].map((name) => basename(name)).filter((name) => name !== entry);
+async function preload(page, entry, parts) {
+  const needed = [...before(entry)];
+  const late = parts.map((part) => `data-${part}="${[...partFiles(part).filter((name) => !needed.includes(name)).map((name) => basename(name)), ...PARTS[part]].join(" ")}"`);
   const links = [
-    ...(entry === "app.js" ? [`<script src="early.js" data-late="${opened(entry).join(" ")}" async></script>`] : []),
+    `<script src="early.js" ${late.join(" ")}></script>`,
     ...new Set(fonts.map((name) => `<link rel="preload" href="${basename(name)}" as="font" type="font/woff2" crossorigin />`)),
-    ...parts.map((name) => `<link rel="modulepreload" href="${name}" />`),
+    ...needed.map((name) => basename(name)).filter((name) => name !== entry).map((name) => `<link rel="modulepreload" href="${name}" />`),
   ];
   const index = join(out, page);
   const text = await readFile(index, "utf8");

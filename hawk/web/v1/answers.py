@@ -25,8 +25,10 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 from pydantic_core import to_json
 
+from hawk.lots.answers import SpokenSentence
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError, NotFoundError
+from hawk.model.sentences import parts_of
 from hawk.runtime.late import late_functions
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.access.proxied import is_secure, prefix_of
@@ -49,7 +51,7 @@ JSON: Final = "application/json"
 PROBLEM: Final = "application/problem+json"
 GEOJSON: Final = "application/geo+json"
 OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
-ANSWER_S: Final = 10.0
+ANSWER_S: Final = 30.0
 """Real seconds after which a request that the store has not answered is given up."""
 LEAST_PACKED_BYTES: Final = 1000
 """Shorter answers are one packet of the network in any case."""
@@ -260,7 +262,8 @@ def problem(
 
 def _problem(status: int, detail: str, named: str = "", more: Mapping[str, str] | None = None) -> bytes:
     content = {"type": "about:blank", "title": HTTPStatus(status).phrase, "status": status, "detail": detail}
-    return json.dumps({**content, "field": named, **(more or {})}).encode()
+    sentences = [SpokenSentence.of(each).model_dump() for each in parts_of(detail)]
+    return json.dumps({**content, "field": named, **(more or {}), "sentences": sentences}).encode()
 
 
 @web.middleware

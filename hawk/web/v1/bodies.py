@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from hawk.lots.answers import Count, Next, Shown, Utc
+from hawk.lots.answers import Count, Next, Shown, SpokenSentence, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE
 from hawk.web.v1.parameters import Id
@@ -169,6 +169,7 @@ class Problem(Shown):
     field: str = ""
     who: Annotated[str, Field(description="person who edits the plan")] = ""
     since: Annotated[Utc | None, Field(description="beginning of that edit")] = None
+    sentences: Annotated[list[SpokenSentence], Field(description="`detail`, and those in it")]
 
 
 class DueList(Shown):

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
 
 from hawk.exports.records import read_survey, survey_of
-from hawk.exports.text_files import survey_geojson
+from hawk.exports.text_files import survey_geojson, survey_map
 from hawk.lots import lists, queries, section_lists
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
@@ -196,11 +197,13 @@ def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:
 
 def report(
     connection: Connection, pictures: PictureFolder, asked: Request[forms.ReportQuery], kind: Kind, form: Form,
-    has_ground: bool,
+    has_ground: bool, apart: Path | None = None,
 ) -> Prepared:  # fmt: skip
-    """Return a report of a lot's use, prepared to be written."""
+    """Return a report of a lot's use, prepared to be written; ``apart``: the store, which another process reads."""
     query = asked.query
     wanted = Wanted(asked.id, _question(query), query.begin, query.end, query.time_zone, has_ground)
+    if apart is not None:
+        return files.prepared_apart(connection, apart, wanted, form, asked.now)
     return files.prepared(connection, pictures, wanted, kind, form, asked.now)
 
 
@@ -219,6 +222,11 @@ def between(connection: Connection, asked: Request[forms.Between]) -> Answer:
     """Return what changed on a lot from one survey to another one."""
     query = asked.query
     return Answer(uses.changes(connection, asked.id, query.before, query.after))
+
+
+def survey_on_map(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return the stalls of a survey of a lot as the page draws them."""
+    return Answer(survey_map(read_survey(connection, survey_of(connection, asked.id, asked.path["survey"]))))
 
 
 def survey_stalls(connection: Connection, asked: Request[Query]) -> Answer:

@@ -1,7 +1,8 @@
 """The report of a lot's use as a file: by the lot's id, or by the token of a link.
 
 It is read on a thread of the store, as every answer is. PDF and workbook take seconds of work: a process of its own
-writes them, one at a time, and none in flight, where the page still shows the document.
+writes them, one at a time, and none in flight, where the page still shows the document. In flight such a process reads
+and makes the document, too: a thread would take vision half of its frames meanwhile.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from aiohttp.typedefs import Handler
 
 from hawk.formats import box
 from hawk.lots.store import FILE_S
-from hawk.lots.values import LotStoreError, StoreBusyError
+from hawk.lots.values import LotInputError, LotStoreError, StoreBusyError
 from hawk.report.options import CONTENT_TYPES, Form, Kind
 from hawk.runtime.late import late_functions
 from hawk.web.downloads import is_on_ground
@@ -70,7 +71,8 @@ def handler(kind: Kind, lot_of: LotOf | None = None) -> Handler:
 
     async def handle(request: web.Request) -> web.StreamResponse:
         asked = request_of(request, ReportQuery)
-        if kind != "html" and not is_on_ground(request.app[SERVICES].status.value):
+        flies = not is_on_ground(request.app[SERVICES].status.value)
+        if kind != "html" and flies:
             raise RefusedError(web.HTTPConflict.status_code, "report", _FLYING)
         store = await opened(request)
         if lot_of is not None:
@@ -80,17 +82,23 @@ def handler(kind: Kind, lot_of: LotOf | None = None) -> Handler:
         has_ground = lot_of is None
 
         def read(connection: Connection) -> Prepared:
-            return reads.report(connection, pictures.pictures_of(store.path), asked, kind, form, has_ground)
+            folder, apart = pictures.pictures_of(store.path), store.path if flies else None
+            return reads.report(connection, folder, asked, kind, form, has_ground, apart)
 
         file = await store.read(read, FILE_S)
-        data = file.data if file.maker is None else await _written(request.app[_QUEUE], file)
-        return await made(request, _answer(kind, data, file.policy, _name(kind, asked.id)))
+        data, policy = file.data, file.policy
+        if file.maker is not None:
+            data = await _written(request.app[_QUEUE], file)
+        if flies:
+            said, _, data = data.partition(b"\n")
+            policy = said.decode()
+        return await made(request, _answer(kind, data, policy, _name(kind, asked.id)))
 
     return answered(handle)
 
 
 async def _written(queue: _Queue, file: Prepared) -> bytes:
-    """Return a file that a process of its own writes. Raises StoreBusyError, LotStoreError."""
+    """Return a file that a process of its own writes. Raises StoreBusyError, LotInputError, LotStoreError."""
     if queue.waiting >= MOST_WAITING:
         raise StoreBusyError(_BUSY)
     queue.waiting += 1
@@ -100,6 +108,8 @@ async def _written(queue: _Queue, file: Prepared) -> bytes:
     except TimeoutError:
         raise StoreBusyError(_BUSY) from None
     except box.RefusedError as error:
+        if error.field not in ("file", "report"):
+            raise LotInputError(error.field, error.reason) from error
         reason = error.reason if error.field == "report" else _TOO_MUCH
         raise LotStoreError(f"report: {reason}") from error
     finally:

@@ -119,6 +119,8 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
             SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
         one("/surveys/{survey}/sections", "sections_seen", "Sections of a lot with what one survey saw of each",
             SURVEYS, reads.sections_seen, lots.SectionsSeen),
+        one("/surveys/{survey}/map", "survey_map", "Stalls of a survey of a lot as the page draws them", SURVEYS,
+            reads.survey_on_map, shapes.SurveyMap),
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",
             STATISTICS, reads.statistics, Figures, parameters.Statistics, keep_missing_looks),
         one("/statistics/ask", "ask", "Use of parts of a lot at some hours of the week; `hawk-drone stats` prints it",

@@ -13,7 +13,8 @@ from benchmarks.exploration.lots import FENCE_MARGIN_M, KINDS, draw_lot
 from benchmarks.exploration.pilots import TourPilot
 from benchmarks.exploration.setups import GOOD_SHARE, flown
 from benchmarks.exploration.surveyed import Coverage, KnownLotMap, SurveyedMap, within
-from benchmarks.exploration.tour_cache import shipped
+from benchmarks.exploration.tours import tour_of
+from benchmarks.figures import BenchmarkError
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import COARSE_M, Floats, Window
 from hawk.algo.path_plan.footprint import LEVEL, Corners, Footprint
@@ -176,18 +177,20 @@ def test_an_excursion_is_counted_once_each_time() -> None:
 
 
 @pytest.mark.parametrize("seed", [3, 4])
-def test_tours_that_come_with_the_benchmark_are_flights_over_its_lots(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("benchmarks.exploration.tour_cache.best_tour", None)
+def test_tours_that_are_kept_are_flights_over_the_lots(seed: int) -> None:
     setup = flown()
     lot = setup.lot(seed)
-    tour = shipped(setup.name).tour(lot, setup)
+    tour = tour_of(lot, setup)
     assert math.dist(tour.places[0], lot.start) < 1.0
     assert length_of(tour.places) == pytest.approx(tour.distance_m, rel=0.02)
     leant = setup.height * math.tan(math.radians(PathPlanSettings().lean_deg))
     far = lot.shape.difference(shapely.LineString(tour.places).buffer(setup.swath.reach + leant))
     assert far.area <= 0.02 * lot.area
+
+
+def test_a_lot_without_a_tour_names_those_that_have_one() -> None:
+    with pytest.raises(BenchmarkError, match="seed 201 is kept: take 1 to 200"):
+        tour_of(flown().lot(201), flown())
 
 
 @pytest.mark.parametrize("arguments", [["--seeds", "x"], ["--workers", "many"]])

@@ -1,4 +1,4 @@
-"""The threat model: each surface has a row, and each row names tests that are there."""
+"""The threat model: each surface has a list, and each line of it names tests that are there."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ SURFACES = {
 """Parts that others can reach, or files that they bring to a person who opens them."""
 
 
-def rows() -> list[list[str]]:
-    """Return the cells of the table of surfaces."""
+def surfaces() -> dict[str, list[str]]:
+    """Return the lines of each surface's list, each with what keeps it and its tests."""
     section = TEXT.split("## Lots, pictures, and other programs")[1].split("\n## ")[0]
-    lines = [line for line in section.splitlines() if line.startswith("| ")]
-    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines[1:]]
+    _, *parts = re.split(r"^\*\*(.+)\*\*$", section, flags=re.MULTILINE)
+    return {name: part.strip().split("\n- ") for name, part in zip(parts[::2], parts[1::2], strict=True)}
 
 
 @cache
@@ -30,15 +30,13 @@ def functions(path: str) -> set[str]:
     return {node.name for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)}
 
 
-def test_every_surface_has_a_row_of_four_cells() -> None:
-    assert {row[0] for row in rows()} == SURFACES
-    assert {len(row) for row in rows()} == {4}
+def test_every_surface_has_its_list() -> None:
+    assert surfaces().keys() == SURFACES
 
 
-@sweep("row", rows())
-def test_each_row_names_tests_of_its_own(row: list[str]) -> None:
-    named = re.findall(r"`(tests/[^`]+)`", row[3])
-    assert named, "name a test that fails without what keeps it"
+@sweep("line", [line for lines in surfaces().values() for line in lines])
+def test_each_line_names_tests_of_its_own(line: str) -> None:
+    assert re.search(r"`tests/[^`]+`", line), "name a test that fails without what keeps it"
 
 
 @sweep("name", sorted(set(re.findall(r"`(tests/[^`]+)`", TEXT))))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -18,14 +17,13 @@ from hawk.lots.known_lot import known_lot, lots_ahead
 from hawk.lots.lists import Asked
 from hawk.lots.schema import OUTBOX
 from hawk.results.survey_map import to_global
-from tests.golden import check_values
+from tests.golden import NamedIds, check_values
 from tests.unit.lots import whole
 from tests.unit.lots.repaints import NOW, Archive, extra, flown, without
 from tests.unit.lots.surveys import DATUM, box, later, survey
 
 HERE = Path(__file__).parent / "drawn_life"
 WHO = "operator"
-_ID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
 class Life(Archive):
@@ -33,7 +31,7 @@ class Life(Archive):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self.named: dict[str, str] = {}
+        self.plain = NamedIds().plain
 
     def ask(self, read: Callable[[Connection], Any]) -> Any:
         with self.store.reading() as connection:
@@ -42,20 +40,6 @@ class Life(Archive):
     def do(self, change: Callable[..., Any], *asked: object) -> int:
         with self.store.writing() as connection:
             return int(change(connection, *asked, WHO, NOW).seq)
-
-    def plain(self, value: Any) -> Any:
-        """Return a value of JSON with names in place of ids, and 8 decimals."""
-        if hasattr(value, "model_dump"):
-            return self.plain(value.model_dump(mode="json"))
-        if isinstance(value, dict):
-            return {self.plain(key): self.plain(each) for key, each in value.items()}
-        if isinstance(value, list | tuple):
-            if all(isinstance(each, dict) and {"outline", "name"} <= each.keys() for each in value):
-                value = sorted(value, key=lambda each: str(each["name"]))  # zones are listed by their ids
-            return [self.plain(each) for each in value]
-        if isinstance(value, str):
-            return _ID.sub(lambda found: self.named.setdefault(found[0], f"#{len(self.named) + 1}"), value)
-        return round(value, 8) if isinstance(value, float) else value
 
     def lots(self) -> Any:
         """Return every lot with what belongs to it."""

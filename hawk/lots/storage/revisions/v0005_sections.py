@@ -1,4 +1,6 @@
-"""Version 5: a plan has sections, a survey its vehicles and its looks at sections."""
+"""Version 5: a plan has sections, a survey its vehicles and its looks at sections; indices find a lot's last survey and
+its number of stalls.
+"""
 
 from __future__ import annotations
 
@@ -43,6 +45,8 @@ _SECTION_LOOK: Final = """CREATE TABLE section_look (
 _INDICES: Final = (
     "CREATE INDEX ix_section_lot ON section (lot)",
     "CREATE INDEX ix_section_look_section ON section_look (section)",
+    "CREATE INDEX ix_survey_order ON survey (lot, kind, time_is_sure, ended)",
+    "CREATE INDEX ix_stall_present ON stall (lot) WHERE ends IS NULL",
 )
 _NOTES: Final = (
     "INSERT INTO digest (part, key) VALUES ('{part}', CAST({row}.{column} AS TEXT))"

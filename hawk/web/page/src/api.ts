@@ -302,20 +302,13 @@ export interface FilmMessage {
   level: "info" | "ok" | "warning" | "error";
   text: string;
   details: string;
-  sentences: FilmSentence[];
+  sentences: SpokenSentence[];
 }
 
 /** A state of the drone, from `at` to the next one. */
 export interface FilmPhase {
   at: number;
   state: string;
-}
-
-/** A sentence among the texts of a message, with its code and values, as the drone sends it. */
-export interface FilmSentence {
-  text: string;
-  code: string;
-  values: Record<string, string | number>;
 }
 
 /** A stall of the plan that was flown over; `angle` in radians clockwise from north. */
@@ -664,6 +657,7 @@ export interface Problem {
   field: string;
   who: string;
   since: string | null;
+  sentences: SpokenSentence[];
 }
 
 /** Changes of a lot's layout that its newest surveys propose. */
@@ -776,6 +770,13 @@ export interface SharedLink {
 /** All links to a lot, the newest first. */
 export interface SharedLinks {
   shares: ListedLink[];
+}
+
+/** A sentence of the program: a page that has words of its own for the code shows those. */
+export interface SpokenSentence {
+  text: string;
+  code: string;
+  values: Record<string, string | number>;
 }
 
 /** A stall of a lot: `begins` is the first version of the layout that has it, `ends` the first that has not. */
@@ -921,6 +922,16 @@ export interface SurveyGround {
 export interface SurveyList {
   next: string | null;
   items: Survey[];
+}
+
+/** Stalls of a survey as the page draws them, a list for each value: a fifth of the GeoJSON. */
+export interface SurveyMap {
+  origin: [number, number];
+  ids: string[];
+  labels: string[];
+  states: ("free" | "taken" | "unknown")[];
+  taken: (number | null)[];
+  corners: number[];
 }
 
 /** Move that brings a survey's frame onto its lot's: a shift, metres, and a turn, radians clockwise. */

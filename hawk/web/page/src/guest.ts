@@ -1,3 +1,4 @@
+export * from "./parts/shared.ts";
 import { followWindow, Route, windowAddress } from "./route/route.ts";
 import { Guest } from "./shell/guest.ts";
 import { dressed } from "./views/dressed.ts";

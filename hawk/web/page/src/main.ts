@@ -1,3 +1,4 @@
+export * from "./parts/shared.ts";
 import { browserTimers, openBrowserSocket, socketUrl } from "./link/socket.ts";
 import { Voice } from "./link/voice.ts";
 import { followWindow, Route, windowAddress } from "./route/route.ts";

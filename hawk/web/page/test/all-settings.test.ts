@@ -63,7 +63,7 @@ describe("all settings", () => {
     await stage.drawn();
     await opened(stage);
     assert.match(stage.text, /does not answer/);
-    answer = () => Promise.resolve(new Response("", { status: 503 }));
+    answer = () => Promise.resolve(new Response("", { status: 500 }));
     await opened(stage);
     assert.match(stage.text, /does not answer/);
     answer = () => Promise.resolve(Response.json({ Settings: [YAW] }));

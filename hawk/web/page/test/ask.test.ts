@@ -9,6 +9,8 @@ import { Guest } from "../src/shell/guest.ts";
 import { TopBar } from "../src/shell/top-bar.ts";
 import { LateViews } from "../src/shell/views.ts";
 import { amountOf, answerWords, behindWords, daysWords, hoursWords, mostOf, periodWords, rangeOf, shadeOf } from "../src/views/ask-words.ts";
+import "../src/parts/figures.ts";
+import "../src/parts/maps.ts";
 import { LotViews } from "../src/views/lot-views.ts";
 import { commandOf, daysOf, daysText, hoursOf, hoursShown, hoursText, runs, switchedPart } from "../src/views/question.ts";
 import { refusal } from "./api.ts";
@@ -157,7 +159,7 @@ describe("Report", () => {
   async function open(search: string): Promise<void> {
     hash = `#/report/${LOT}?${search}`;
     route = new Route({ hash: () => hash, write: (next) => (hash = next) });
-    views = Object.assign(new LotViews(), { route, access: { lots: [{ id: LOT, name: "Market Street" }], token: null, mayChange: true } });
+    views = Object.assign(new LotViews(), { route, access: { lots: [{ id: LOT, name: "Market Street" }], unlisted: "", token: null, mayChange: true } });
     document.body.replaceChildren(views);
     await drawn();
   }

@@ -9,10 +9,11 @@ import { FilmView } from "../src/replay/film-view.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
 import { placeOf } from "../src/route/place.ts";
-import type { Feature, Features } from "../src/views/survey-source.ts";
+import type { Feature } from "../src/views/survey-source.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { words } from "./stage.ts";
+import { surveyMap } from "./api.ts";
 
 const NAME = "20260504T143000Z.mcap";
 const LATER = "20260504T153000Z.mcap";
@@ -48,10 +49,7 @@ function stall(id: string, label: string, east: number, state: string): Feature 
   return { id, geometry: { type: "Polygon", coordinates: [[at(0, 0), at(0, 5), at(2, 5), at(2, 0), at(0, 0)]] }, properties: { amenity: "parking_space", ref: label, state } };
 }
 
-const STORED: Features = {
-  hawk: {} as Features["hawk"],
-  features: [stall("a", "A 1", 0, "free"), stall("b", "A 2", 3, "taken"), stall("c", "A 3", 60, "free")],
-};
+const STORED = surveyMap(stall("a", "A 1", 0, "free"), stall("b", "A 2", 3, "taken"), stall("c", "A 3", 60, "free"));
 const RECORDED = [stall("1", "", 0.2, "free"), stall("2", "", 3.1, "taken")];
 
 function recording(name: string, more: Partial<Recording> = {}): Recording {
@@ -93,7 +91,7 @@ describe("the map of a film", () => {
   const ground = { datum: [52, 5] as [number, number], place: { north: 0, east: 0, turn: 0 }, cells: 256, cell_m: 0.1, tiles: [] };
 
   it("shows what was known with the labels of the survey, and the rest as still to be found", () => {
-    const outcome = { survey: SURVEY, features: STORED, ground };
+    const outcome = { survey: SURVEY, map: STORED, ground };
     const found = filmOnMap(FILM, RECORDED, expected(FILM, outcome), outcome, seenBy(FILM, 22));
     assert.deepEqual(found!.shown.stalls.map(({ label, state }) => [label, state]), [["A 1", "free"], ["A 2", "taken"]]);
     assert.deepEqual(found!.unseen.map(({ label }) => label), ["A 3"]);
@@ -102,7 +100,7 @@ describe("the map of a film", () => {
 
   it("leaves the survey where the camera saw it, though the store has turned and moved it onto the lot", () => {
     const place = { north: 4, east: -3, turn: Math.PI / 2 };
-    const [one] = expected(FILM, { survey: SURVEY, features: STORED, ground: { ...ground, place } });
+    const [one] = expected(FILM, { survey: SURVEY, map: STORED, ground: { ...ground, place } });
     // (north 2.5, east 1) in the lot, less the shift (-1.5, 4), turned back a quarter
     assert.deepEqual([one!.north, one!.east].map((each) => Math.round(10 * each) / 10), [4, 1.5]);
   });
@@ -132,7 +130,7 @@ describe("a recording that is played", () => {
       const path = (address as string).replace("api/v1/", "");
       if (path === `recordings/${NAME}/film`) return Promise.resolve(refusal ? Response.json({ field: "", ...refusal }, { status: refusal.status }) : Response.json(film));
       if (path.startsWith(`recordings/${NAME}/film/maps/`)) return Promise.resolve(Response.json({ features: path.endsWith("/0") ? RECORDED.slice(0, 1) : RECORDED }));
-      if (path.endsWith("/stalls")) return Promise.resolve(Response.json(STORED));
+      if (path.endsWith("/map")) return Promise.resolve(Response.json(STORED));
       if (path.includes("statistics/surveys")) return Promise.resolve(Response.json({ surveys: [], clock: "America/Toronto" }));
       return Promise.resolve(new Response("", { status: 404 }));
     };

@@ -7,13 +7,16 @@ import type { Changed, SurveyUse } from "../src/api.ts";
 import { LotSource } from "../src/views/link.ts";
 import type { Feature } from "../src/views/survey-source.ts";
 import { readAll } from "../src/link/api.ts";
-import { firstReads } from "../src/route/first-reads.ts";
+import { firstPart, firstReads } from "../src/route/first-reads.ts";
 import { Route } from "../src/route/route.ts";
+import "../src/parts/figures.ts";
+import "../src/parts/maps.ts";
 import { LotViews } from "../src/views/lot-views.ts";
 import type { SurveyMap } from "../src/views/survey-map.ts";
 import { headline, interval, notCompared } from "../src/views/compare-words.ts";
 import type { TimeBar } from "../src/views/time-bar.ts";
 import { notes } from "../src/views/surveys-view.ts";
+import { surveyMap } from "./api.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
 import { words } from "./stage.ts";
@@ -43,10 +46,7 @@ const BETWEEN: Changed = {
   free: { value: -1, low: -1.4, high: -0.6, surveys: 2 }, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 },
   stalls: [{ id: STALL, label: "A 1", former: ONE, before: "free", after: "taken", chance: 0.98 }, { id: TWO, label: "A 2", former: TWO, before: "taken", after: "unknown", chance: null }],
 };
-const FEATURES = {
-  hawk: { lot: "North", survey_ended_utc: "", registered: true, position_uncertainty_m: null, software: "" },
-  features: [stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken")],
-};
+const DRAWN = surveyMap(stall(STALL, "A 1", 0, "free"), stall(TWO, "A 2", 3, "taken"));
 
 describe("figures in words", () => {
   it("have their interval, or are not shown", () => {
@@ -103,15 +103,15 @@ describe("what several parts of the page ask for", () => {
     let [now, count, works] = [0, 0, true];
     globalThis.fetch = () => {
       count += 1;
-      return Promise.resolve(works ? Response.json(FEATURES) : new Response("busy", { status: 503 }));
+      return Promise.resolve(works ? Response.json(DRAWN) : new Response("busy", { status: 500 }));
     };
     const source = new LotSource("lots/1", () => now);
-    await Promise.all([source.features(ONE), source.features(ONE)]);
+    await Promise.all([source.map(ONE), source.map(ONE)]);
     assert.equal(count, 1);
     [now, works] = [30_000, false];
-    await assert.rejects(source.features(ONE), /busy/);
+    await assert.rejects(source.map(ONE), /busy/);
     works = true;
-    await source.features(ONE);
+    await source.map(ONE);
     assert.equal(count, 3);
   });
 
@@ -144,7 +144,7 @@ describe("lots over time", () => {
     hash = "";
     answers = {
       "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", interval: 0.9, before: null, after: null, surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
-      "/stalls": FEATURES,
+      "/map": DRAWN,
       "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/changes": { next: null, items: [] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
@@ -176,7 +176,7 @@ describe("lots over time", () => {
   async function open(at: string, { token = null as string | null, operator = true, lots = [{ id: LOT, name: HTML }] } = {}): Promise<void> {
     hash = at;
     route = new Route({ hash: () => hash, write: (next: string) => (hash = next) }, token ?? "");
-    archive = Object.assign(new LotViews(), { route, access: { lots, token, mayChange: operator } });
+    archive = Object.assign(new LotViews(), { route, access: { lots, unlisted: "", token, mayChange: operator } });
     document.body.replaceChildren(archive);
     await drawn();
   }
@@ -209,6 +209,15 @@ describe("lots over time", () => {
     }
     assert.deepEqual(firstReads(`#/report/${LOT}?days=mon-fri`), ["lots?limit=1000"]);
     assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots?limit=1000"]]);
+    const shared = "shared/secret/statistics";
+    assert.deepEqual(firstReads("#secret"), [`${shared}/surveys?newest=8`]);
+    assert.deepEqual(firstReads(`#secret/lots/${LOT}/${ONE}`), [`shared/secret/surveys/${ONE}/map`, `${shared}/surveys?survey=${ONE}`, `${shared}/surveys?newest=8`], "a link shows no picture");
+    assert.deepEqual(firstReads(`#secret/report/${LOT}`), [`${shared}/ask`, `${shared}/surveys?newest=8`]);
+  });
+
+  it("asks first for the part in which the view is", () => {
+    const parts = { fly: ["", `#/fly/${LOT}`, "#/unknown"], maps: ["#secret", `#/lots/${LOT}/${ONE}`, `#/compare/${LOT}`, `#/lots/${LOT}?show=stalls`, "#/recordings/one/20260504T101500Z.mcap"], figures: [`#/report/${LOT}`, `#secret/report/${LOT}`, "#/recordings", `#/lots/${LOT}?show=links`] };
+    for (const [part, addresses] of Object.entries(parts)) for (const address of addresses) assert.equal(firstPart(address), part, address);
   });
 
   async function press(label: string): Promise<void> {
@@ -226,6 +235,17 @@ describe("lots over time", () => {
     assert.deepEqual(named, ["Free", "Taken", "Unclear", "Occupancy"], "on a phone each value says its column");
     assert.match(rows[0]!, /50\.0 % \(40\.0 to 60\.0 %\)/);
     assert.match(rows[1]!, /–Its place on the lot is not certain/);
+  });
+
+  it("say that no lot is stored only when the drone said so", async () => {
+    await open("#/report", { lots: [] });
+    assert.match(words(archive), /No lot is stored yet/);
+    for (const [lots, unlisted, said] of [[null, "", /Asking the drone/], [null, "The store is busy.", /The store is busy\./]] as const) {
+      archive.access = { ...archive.access, lots, unlisted };
+      await drawn();
+      assert.match(words(archive), said);
+      assert.doesNotMatch(words(archive), /No lot/);
+    }
   });
 
   it("say how many stalls the flight found where the plan has others", async () => {
@@ -309,6 +329,32 @@ describe("lots over time", () => {
     answers["/statistics/between"] = { ...BETWEEN, stalls: BETWEEN.stalls.map((each, k) => ({ ...each, label: `Z ${9 - k}` })).reverse() };
     await open(`#/compare/${LOT}`);
     assert.deepEqual([...archive.querySelectorAll(".changed b")].map(words), ["A 1", "A 2"]);
+  });
+
+  it("list the first changes before the map is drawn, and all of them once the browser has time", async () => {
+    const idle: (() => void)[] = [];
+    Object.assign(globalThis, { requestIdleCallback: (work: () => void) => idle.push(work) });
+    answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z")] };
+    answers["/statistics/between"] = { ...BETWEEN, stalls: Array.from({ length: 60 }, (_, k) => ({ ...BETWEEN.stalls[0]!, id: `stall ${k}`, label: `${k < 30 ? "A" : "B"} ${k}` })) };
+    try {
+      await open(`#/compare/${LOT}`);
+      const count = (): number => archive.querySelectorAll(".changed li").length;
+      assert.deepEqual([count(), words(archive.querySelectorAll("h3")[1]!)], [40, "Row B, 30 changes"]);
+      assert.equal(asked.some((path) => path.includes("/due")), false, "the time bar waits, too");
+      for (const work of idle) work();
+      await drawn();
+      assert.deepEqual([count(), asked.some((path) => path.includes("/due"))], [60, true]);
+    } finally {
+      Reflect.deleteProperty(globalThis, "requestIdleCallback");
+    }
+  });
+
+  it("call no map drawn without a survey on it", async () => {
+    answers["/map"] = undefined;
+    for (const address of [`#/lots/${LOT}/${ONE}`, `#/compare/${LOT}/${ONE}/${TWO}`]) {
+      await open(address);
+      assert.equal(archive.querySelector<HTMLElement>("hawk-survey-map")!.dataset.drawn, undefined, address);
+    }
   });
 
   it("compare what the bar chooses, the earlier one before, and never one with itself", async () => {

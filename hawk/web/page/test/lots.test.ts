@@ -58,6 +58,26 @@ describe("the lots", () => {
     assert.deepEqual(heard.at(-1), LOTS);
   });
 
+  it("are not asked for while another view is shown, and are when it is left", async () => {
+    const asked: unknown[] = [];
+    const stage = await shown();
+    const { fetch } = globalThis;
+    globalThis.fetch = (address, options) => (asked.push(address), fetch(address, options));
+    const fly = document.createElement("main");
+    fly.className = "away";
+    document.body.replaceChildren(fly);
+    fly.append(stage.part);
+    const { model } = stage.part;
+    model.flight.note("info", "A survey was stored.", "2026-05-05T12:00:00Z");
+    model.dispatchEvent(new Event("change"));
+    await stage.drawn();
+    assert.equal(asked.length, 0, String(asked));
+    fly.className = "";
+    model.dispatchEvent(new Event("change"));
+    await stage.drawn();
+    assert.ok(asked.includes("api/v1/changes"), String(asked));
+  });
+
   it("are listed with stalls, surveys and the last day; HTML in a name is text", async () => {
     const stage = await shown();
     const rows = [...stage.part.querySelectorAll("li")].map((row) => words(row));

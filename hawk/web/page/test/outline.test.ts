@@ -5,7 +5,7 @@ import { readFence, writeFence } from "../src/fence/geojson.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
 import { FenceOnMap } from "../src/map/fence-on-map.ts";
 import { shownOutline } from "../src/map/fence-shown.ts";
-import type { FenceEditorEvents, Ring } from "../src/map/fence-editor.ts";
+import type { FenceEditor, FenceEditorEvents, Ring } from "../src/map/fence-editor.ts";
 import type { LotMap } from "../src/map/lot-map.ts";
 import type { Heartbeat, OutlineSetup } from "../src/protocol.ts";
 import { ActionBar } from "../src/ui/action-bar.ts";
@@ -15,6 +15,7 @@ import { cannotDraw, outlineSummary, sizeOf } from "../src/words/outline.ts";
 import { CIRCLE, heartbeat, impossible, possible, view } from "./make.ts";
 import { flying, type Rig } from "./rig.ts";
 import { Stage, words } from "./stage.ts";
+import { settle } from "./fakes.ts";
 
 const PLANE = new LocalPlane({ Latitude: 48, Longitude: 11 });
 const ring = (...places: [number, number][]) => places.map(([North, East]) => PLANE.toEarth({ North, East }));
@@ -221,15 +222,19 @@ describe("the outline on the map", () => {
     assert.deepEqual([shownOutline(null, PLANE), shownOutline(SET, null)], [[], []]);
   });
 
-  it("is drawn with the fence's editor, and each goes into its own drawing", () => {
+  it("is drawn with the fence's editor, and each goes into its own drawing", async () => {
     const { operator } = grounded({ Datum: [48, 11] });
     const shown: { ring: Ring; zones: readonly Ring[] }[] = [];
     let events: FenceEditorEvents | null = null;
     const editor = { removing: false, zone: () => undefined, measureIn: () => undefined, show: (ring: Ring, zones: readonly Ring[]) => shown.push({ ring, zones }) };
-    const lot = { editFence: (given: FenceEditorEvents | null) => ((events = given), given ? editor : null), bringInView: () => undefined, centre: { North: 0, East: 0 } };
-    const onMap = new FenceOnMap(lot as unknown as LotMap, operator);
+    const lot = { editFence: (_: unknown, given: FenceEditorEvents) => ((events = given), editor), leaveFence: () => (events = null), stay: () => undefined, bringInView: () => undefined, centre: { North: 0, East: 0 } };
+    let come: (part: { FenceEditor: typeof FenceEditor }) => void = () => undefined;
+    const onMap = new FenceOnMap(lot as unknown as LotMap, operator, () => new Promise((resolve) => (come = resolve)));
     operator.editOutline();
     onMap.update();
+    assert.equal(events, null, "the editor is still read");
+    come({ FenceEditor: Object as unknown as typeof FenceEditor });
+    await settle();
     const drawn = (): FenceEditorEvents => events ?? assert.fail("no editor");
     drawn().drawn([[-20, -20], [20, -20], [20, 20]], []);
     assert.equal(operator.outline.draft?.isDrawn, true);

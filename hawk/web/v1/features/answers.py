@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field
 
 from hawk.exports.answers import Feature, Geometry
-from hawk.lots.answers import BLURRED, Count, Shown, Utc
+from hawk.lots.answers import BLURRED, Count, Shown, State, Utc
 from hawk.lots.plan.values import Id
 
 
@@ -128,6 +128,21 @@ class SurveyFeature(Shown):
     id: str
     geometry: Geometry
     properties: dict[str, Any]
+
+
+class SurveyMap(Shown):
+    """Stalls of a survey as the page draws them, a list for each value: a fifth of the GeoJSON.
+
+    `corners`: of each stall four, counter-clockwise as seen from above; of each corner longitude and latitude, in
+    0.00000001 degrees from `origin` (longitude, latitude). `taken`: probability; null without a look.
+    """
+
+    origin: tuple[float, float]
+    ids: list[str]
+    labels: list[str]
+    states: list[State]
+    taken: list[float | None]
+    corners: list[int]
 
 
 class SurveyStalls(Shown):

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,14 +13,18 @@ from hawk.lots.plan.geometry import (
     Row,
     ShapeError,
     checked_ring,
+    corners,
     normal,
     overlaps,
+    overlaps_between,
     parts,
     polygons,
     row_shapes,
     turned,
+    within,
 )
 from hawk.lots.plan.values import Floats
+from tests.golden import check_values
 
 ROW = Row((0.0, 0.0), (0.0, 25.0), (5.0, 3.0), 10)
 
@@ -129,8 +134,43 @@ def test_overlaps_are_shares_of_the_smaller_one_the_largest_first() -> None:
 
 
 @pytest.mark.parametrize(
-    "corners", [[(0, 0), (2, 2), (2, 0), (0, 2)], [(0, 0), (0, 5), (0, 9)], [(0, 0), (0.1, 0), (0, 1)]]
+    "ring", [[(0, 0), (2, 2), (2, 0), (0, 2)], [(0, 0), (0, 5), (0, 9)], [(0, 0), (0.1, 0), (0, 1)]]
 )
-def test_an_area_that_crosses_itself_or_is_none_is_refused(corners: list[tuple[float, float]]) -> None:
+def test_an_area_that_crosses_itself_or_is_none_is_refused(ring: list[tuple[float, float]]) -> None:
     with pytest.raises(ShapeError, match=r"crosses or touches itself|has 0\.05 m²"):
-        checked_ring(corners)
+        checked_ring(ring)
+
+
+def test_shapes_of_drawn_rows_to_the_micrometre() -> None:
+    """Every number of the geometry: rows that lean to both sides, back to back, their parts, turns and overlaps."""
+    rows = {
+        "square": row_shapes(ROW),
+        "leaning": row_shapes(Row((1.0, 2.0), (4.0, 12.0), (9.0, 3.0), 4, lean=0.5)),
+        "leaning back": row_shapes(Row((1.0, 2.0), (4.0, 12.0), (9.0, 3.0), 4, lean=-0.5)),
+        "on the other side": row_shapes(Row((1.0, 2.0), (4.0, 12.0), (-9.0, 5.0), 3, lean=0.3)),
+        "double": row_shapes(Row((1.0, 2.0), (4.0, 12.0), (13.0, 3.0), 3, lean=0.4, is_double=True)),
+        "steep": row_shapes(Row((0.0, 0.0), (0.0, 20.0), (5.5, 0.0), 4, lean=1.1)),
+    }
+    found: dict[str, object] = {name: shapes.round(6).tolist() for name, shapes in rows.items()}
+    found["parts"] = [parts(shape, count).round(6).tolist() for shape in rows["leaning"][:2] for count in (2, 5)]
+    found["turned"] = [turned(rows["double"], 0.7, about_each=each).round(6).tolist() for each in (True, False)]
+    found["corners"] = corners(rows["leaning"]).round(6).tolist()
+    beside = turned(rows["leaning"], 0.3, about_each=False)
+    moved = rows["leaning"] + [0.4, 0.3, 0.0, 0.0, 0.0]
+    found["overlaps"] = [[*pair[:2], round(pair[2], 6)] for pair in overlaps(moved, beside, 0.05)]
+    found["between"] = [[*pair[:2], round(pair[2], 6)] for pair in overlaps_between(moved, beside, 0.05)]
+    found["within"] = [within(((0.0, 0.0), (0.0, 9.0), (9.0, 9.0)), shapes[:, :2]) for shapes in rows.values()]
+    check_values(Path(__file__).parent / "operations" / "shapes.json", found, digits=6)
+
+
+def test_limits_of_a_row_and_an_area() -> None:
+    assert len(row_shapes(Row((0.0, 0.0), (0.0, 0.5), (0.5, 0.0), 1))) == 1
+    for short in (Row((0.0, 0.0), (0.0, 0.4999), (5.0, 0.0), 1), Row((0.0, 0.0), (0.0, 5.0), (0.4999, 0.0), 1)):
+        with pytest.raises(ShapeError):
+            row_shapes(short)
+    assert checked_ring([(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)])
+    with pytest.raises(ShapeError, match=r"has 1\.00 m²: draw an area of 1 m² or more"):
+        checked_ring([(0.0, 0.0), (0.0, 0.999), (1.0, 0.999), (1.0, 0.0)])
+    nothing = shapes().reshape(-1, 5)
+    assert overlaps(nothing, row_shapes(ROW), 0.1) == overlaps_between(nothing, row_shapes(ROW), 0.1) == []
+    assert overlaps_between(row_shapes(ROW), nothing, 0.1) == []

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.lots.plan_import.previews import LONGEST_S, MOST, Previews, new_token
+from hawk.lots.plan_import.previews import LONGEST_S, MOST, Previews, new_token, shown_preview
+from hawk.lots.registration.frames import Move
 from hawk.lots.values import LotStoreError
 from tests.unit.lots.plan_import.imports import drawn, geojson, importer
 
@@ -28,3 +29,12 @@ def test_a_preview_is_there_until_it_is_taken_too_old_or_one_of_many(tmp_path: P
     kept.drop(tokens[1])
     with pytest.raises(LotStoreError, match="is gone"):
         kept.of(tokens[1], person.lot, 100.0)
+
+
+def test_a_preview_shows_its_shift_to_the_millimetre_and_its_turn_in_degrees(tmp_path: Path) -> None:
+    found = importer(tmp_path).preview(geojson(drawn(3)))
+    shift = Move(1.23456, -2.34567, 0.0123456)
+    placed = shown_preview(replace(found, placement=replace(found.placement, shift=shift, residual=-0.45678)), "token")
+    shown = placed.placed
+    assert (shown.north, shown.east, shown.turn, shown.residual) == (1.235, -2.346, 0.7074, -0.457)
+    assert (placed.lot, placed.token, placed.same, len(placed.stay)) == (found.lot, "token", 0, 3)

@@ -142,6 +142,14 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
 
 
 @pytest.mark.slow
+def test_a_new_lot_may_lie_beside_another_one_and_not_on_a_part_of_it(person: Importer) -> None:
+    near = drawn(24, a_row=12, north=100.0)
+    assert person.begin(geojson(near))["stalls"] == 24
+    with pytest.raises(LotInputError, match="lot: is there already on the ground of this plan"):
+        person.begin(geojson(drawn(24, a_row=12, north=113.0)), "Again")
+
+
+@pytest.mark.slow
 def test_a_survey_that_follows_is_placed_on_the_plan(tmp_path: Path) -> None:
     person = importer(tmp_path, 0)
     flown = survey(stalls=40)

@@ -17,8 +17,8 @@ from hawk.lots import commands, shares
 from hawk.lots.ingest import save
 from hawk.lots.schema import SHARE, SURVEY
 from hawk.lots.storage.backup import restore
+from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import Database
-from hawk.lots.storage.digests import damaged_parts
 from hawk.lots.storage.erasure import erased_id
 from hawk.model.poses import GlobalPose
 from tests.unit.lots import whole
@@ -130,6 +130,8 @@ def test_where_the_store_before_says_nothing_of_a_link_it_is_taken_back(
     notes = restore(kept.path, kept.copy, NOW).notes
     assert kept.opened_by() == [False, False]
     (words,) = notes
+    with closing(sqlite3.connect(kept.path)) as store:
+        assert store.execute("SELECT DISTINCT taken_back FROM share").fetchall() == [(NOW,)]
     assert words.startswith("Links taken back: 2; ")
     assert words.endswith("Make new ones")
 

@@ -10,6 +10,7 @@ from hawk.cli import main
 from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
+from hawk.lots.values import LotInputError, LotStoreError
 from tests.unit.lots.plan_import.imports import drawn, geojson
 from tests.unit.lots.surveys import survey
 
@@ -79,3 +80,37 @@ def test_an_option_that_cannot_be_used_is_named(
 @pytest.mark.parametrize("name", ["export", "stats", "backup", "verify"])
 def test_what_the_store_takes_ends_well(name: str, folder: Path) -> None:
     assert run(folder, COMMANDS[name]) == 0
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (OSError(28, "No space left", "/x/lots.db"), "/x/lots.db: No space left"),
+        (OSError(28, "No space left"), "copy.db: No space left"),
+        (OSError("torn"), "copy.db: torn"),
+        (LotInputError("file", "is none"), "copy.db: file: is none"),
+        (LotInputError("config", "is odd"), "--config: is odd"),
+        (LotInputError("other", "is odd"), "copy.db: other: is odd"),
+        (LotStoreError("is damaged"), "is damaged"),
+    ],
+)
+def test_an_error_names_its_file_or_its_option(
+    error: Exception, words: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr("hawk.lots.storage.backup.backup", fail)
+    assert run(folder, COMMANDS["backup"]) == (2 if isinstance(error, LotInputError) else 1)
+    assert capsys.readouterr().err.replace(f"{folder}/", "") == f"hawk-drone: {words}\n"
+
+
+def test_an_error_of_a_command_without_a_file_names_the_store(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(5, "Input/output error")
+
+    monkeypatch.setattr("hawk.lots.storage.backup.verify", fail)
+    assert run(folder, COMMANDS["verify"]) == 1
+    assert capsys.readouterr().err == "hawk-drone: --store: Input/output error\n"

@@ -20,8 +20,9 @@ from hawk.lots.plan import edits
 from hawk.lots.schema import CHANGE, METADATA, PARTS, SURVEY
 from hawk.lots.storage import digests
 from hawk.lots.storage.backup import backup, damage_in, restore
+from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import Database
-from hawk.lots.storage.digests import Part, damaged_parts
+from hawk.lots.storage.digests import Part
 from hawk.lots.values import LotStoreError, Placed
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, later, survey

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 from collections.abc import Iterator
@@ -7,7 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import select, update
+from hypothesis import given
+from hypothesis import strategies as st
+from sqlalchemy import insert, select, update
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, extent, lots, stalls
@@ -15,10 +18,10 @@ from hawk.exports.feeds import valid_at
 from hawk.exports.formats import FEEDS, VALID_S, Span
 from hawk.exports.records import read_survey, survey_of, surveys_of
 from hawk.lots.ingest import save
-from hawk.lots.schema import OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.schema import LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
-from hawk.lots.survey.order import is_last_look, newest_first, taken_at
-from hawk.lots.survey.source import PictureSource, SourceKind
+from hawk.lots.survey.order import is_last_look, last_of, newest_first, taken_at
+from hawk.lots.survey.source import PictureSource, SourceKind, SurveyKind
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
 from hawk.stats.panel import read_panel
 from hawk.stats.period import period_of
@@ -188,3 +191,67 @@ def test_a_landing_without_a_sure_time_has_that_of_the_one_before_it_over_its_ow
         asked = select(taken_at()).order_by(SURVEY.c.seq)
         assert connection.execute(asked).scalars().all() == [survey().ended, other.ended, survey().ended]
     assert first.lot == unsure.lot
+
+
+_TIMES = st.tuples(st.sampled_from(list(SurveyKind)), st.booleans(), st.sampled_from([-3.0, -2.0, -1.0, 0.0, 1.0, 2.0]))
+
+
+@pytest.fixture(scope="module")
+def rows_of_a_lot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database]:
+    """A store of one lot with one survey, of which others are made."""
+    opened = Database(tmp_path_factory.mktemp("order") / "lots.db", wall=lambda: NOW)
+    saved(opened, survey())
+    yield opened
+    opened.close()
+
+
+@given(st.lists(_TIMES, max_size=12))
+def test_the_last_survey_of_a_lot_is_the_first_one_of_those_with_the_newest_first(
+    rows_of_a_lot: Database, times: list[tuple[SurveyKind, bool, float]]
+) -> None:
+    with contextlib.suppress(_DoneError), rows_of_a_lot.writing() as connection:
+        first = dict(connection.execute(select(SURVEY)).mappings().one())
+        for seq, (kind, is_sure, days) in enumerate(times, 2):
+            values = {"seq": seq, "id": str(seq), "origin": str(seq), "kind": kind.value, "time_is_sure": is_sure}
+            connection.execute(insert(SURVEY).values(first | values | {"ended": NOW + 86_400 * days}))
+        in_order = select(SURVEY.c.seq).where(SURVEY.c.lot == first["lot"]).order_by(*newest_first())
+        found = select(last_of(LOT.c.id)).where(LOT.c.id == first["lot"])
+        last, expected = (connection.execute(each).scalar() for each in (found, in_order.limit(1)))
+        raise _DoneError
+    assert last == expected
+
+
+class _DoneError(Exception):
+    """Takes back what was written."""
+
+
+def test_a_landing_without_a_sure_time_has_that_of_the_sure_landing_before_it_in_its_lot(store: Database) -> None:
+    saved(store, survey(stalls=6))
+    day = 86_400.0
+    others = [
+        ("flown, unsure", "flown", False, 1.0),
+        ("pictures", "picture", True, 2.0),
+        ("flown, unsure again", "flown", False, 9.0),
+        ("flown, of another lot", "flown", True, 3.0),
+        ("flown, unsure after it", "flown", False, 0.5),
+        ("flown, sure", "flown", True, 4.0),
+        ("flown, unsure at last", "flown", False, 0.1),
+        ("pictures, unsure", "picture", False, 5.0),
+        ("pictures, later than now", "picture", False, 11.0),
+        ("flown, later than now", "flown", True, 11.0),
+    ]
+    with store.writing() as connection:
+        first = dict(connection.execute(select(SURVEY)).mappings().one())
+        for number, (name, kind, is_sure, days) in enumerate(others, 2):
+            lot = None if name == "flown, of another lot" else first["lot"]
+            more = {"seq": number, "id": f"{number:036d}", "origin": name, "kind": kind, "time_is_sure": is_sure}
+            connection.execute(insert(SURVEY).values(**first | more | {"lot": lot, "ended": BEGAN + days * day}))
+        rows = connection.execute(select(SURVEY.c.origin, taken_at().label("at"))).all()
+        found = {row.origin: row.at for row in rows}
+        ordered = connection.execute(select(SURVEY.c.origin).order_by(*newest_first())).scalars().all()
+    del found[first["origin"]]
+    expected = [first["ended"], BEGAN + 2 * day, first["ended"], BEGAN + 3 * day, first["ended"]]
+    expected += [BEGAN + 4 * day, BEGAN + 4 * day, BEGAN + 5 * day, 0.0, BEGAN + 11 * day]
+    assert found == dict(zip((name for name, *_ in others), expected, strict=True))
+    assert ordered[:3] == ["flown, later than now", "flown, unsure at last", "flown, sure"]
+    assert ordered[-2:] == ["pictures, unsure", "pictures, later than now"]

@@ -291,3 +291,16 @@ def test_a_film_copied_without_its_end_is_refused(tmp_path: Path, straight_film:
     torn.with_suffix(".SRT").write_text(captions(STRAIGHT), encoding="utf-8")
     with pytest.raises(PictureError, match="torn"):
         read_film(torn, lens=CHOICE)
+
+
+def test_a_film_that_the_disk_loses_while_it_is_read_is_refused(
+    tmp_path: Path, straight_film: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    film = _with_captions(tmp_path, straight_film, captions(STRAIGHT))
+
+    def lost(path: Path) -> None:
+        raise OSError(5, "Input/output error", str(path))
+
+    monkeypatch.setattr("hawk.picture.film.app.read_made", lost)
+    with pytest.raises(PictureError, match=r"cannot be read \(Input/output error\); copy it again"):
+        read_film(film, lens=CHOICE)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+import numpy as np
 import pytest
 from sqlalchemy import delete
 
@@ -232,6 +233,13 @@ async def test_surveys_stalls_and_changes_are_counted_over_a_period(archive: Arc
     assert changed["compared"] + changed["unknown"] == 40
     found = await archive.shown(f"{path}/surveys/{after}/stalls", shapes.SurveyStalls)
     assert (found["hawk"]["survey_id"], len(found["features"])) == (after, 41)
+    drawn = await archive.shown(f"{path}/surveys/{after}/map", shapes.SurveyMap)
+    of_stalls = found["features"][1:]  # behind the lot
+    assert drawn["ids"] == [each["id"] for each in of_stalls]
+    for name, key in (("labels", "ref"), ("states", "state"), ("taken", "taken_probability")):
+        assert drawn[name] == [each["properties"][key] for each in of_stalls]
+    corners = np.array(drawn["corners"]).reshape(-1, 4, 2) * 1e-8 + drawn["origin"]
+    assert np.abs(corners - [each["geometry"]["coordinates"][0][:4] for each in of_stalls]).max() < 2e-8
     status, problem = await archive.refused(f"/lots/{archive.far}/surveys/{after}/stalls")
     assert status == 404
     assert problem["field"] == "survey"

@@ -8,6 +8,7 @@ import sys
 from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import aiohttp
 import pytest
@@ -88,6 +89,7 @@ async def test_pdf_and_workbook_are_written_by_a_process_of_their_own(desk: Desk
 
 @pytest.mark.slow
 async def test_in_flight_the_document_alone_is_made(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    on_ground = await desk.report("html", "?row=B&language=fr")
     monkeypatch.setattr(reports, "is_on_ground", lambda _: False)
     for kind in ("pdf", "xlsx"):
         refused = await desk.report(kind)
@@ -95,7 +97,22 @@ async def test_in_flight_the_document_alone_is_made(desk: Desk, monkeypatch: pyt
         problem = await refused.json(content_type=None)
         assert problem["field"] == "report"
         assert "take report.html now, or this once the motors are off" in problem["detail"]
-    assert (await desk.report("html")).status == 200
+    asked = []
+    apart = box.read_apart
+
+    async def counted(reader: str, *given: Any) -> bytes:
+        asked.append(reader)
+        return await apart(reader, *given)
+
+    monkeypatch.setattr(box, "read_apart", counted)
+    flown = await desk.report("html", "?row=B&language=fr")
+    assert (flown.status, asked) == (200, ["hawk.report.files:document_apart"])
+    assert flown.headers["Content-Security-Policy"] == on_ground.headers["Content-Security-Policy"]
+    assert Page.of(await flown.text()).words == Page.of(await on_ground.text()).words
+    for options, field in (("?row=Q", "row"), ("?from=2026-05-04&to=2026-05-01", "to")):
+        refused = await desk.report("html", options)
+        assert (refused.status, (await refused.json(content_type=None))["field"]) == (422, field)
+    assert (await desk.get(f"/lots/{'0' * 36}/report.html")).status == 404
 
 
 @pytest.mark.slow

@@ -1,8 +1,13 @@
 import type { Problem } from "../api.ts";
+import { learn } from "../words/drone.ts";
 import { say } from "../words/say.ts";
 
 /** Address of the drone's API. */
 export const API = "api/v1";
+/** How long a busy drone is asked again, and the pause between where it names none, ms. */
+const PATIENCE_MS = 60_000;
+const PAUSE_MS = 2_000;
+const BUSY = 503;
 /** The most items of a part of a list. */
 const AT_ONCE = "1000";
 
@@ -23,6 +28,16 @@ export class Refused extends Error {
   /** The link that was shared opens nothing any more. */
   get isEndedLink(): boolean {
     return this.status === 404 && /^(token|share)$/.test(this.field);
+  }
+
+  /** The drone has too much to do, or reads what was asked for. */
+  get isBusy(): boolean {
+    return this.status === BUSY;
+  }
+
+  /** No answer came, or the drone is busy: the same may be answered later. */
+  get isForNow(): boolean {
+    return this.status === 0 || this.isBusy;
   }
 
   constructor(reason = "", status = 0, editor: Editor | null = null, field = "") {
@@ -102,21 +117,29 @@ function asked<T>(address: string, options: RequestInit): Promise<T> {
   return taken(address, options, async (found) => (await found.json()) as T);
 }
 
+/** A busy drone is asked again, but not for a change, which it may have made. */
 async function taken<T>(address: string, options: RequestInit, take: (found: Response) => Promise<T>): Promise<T> {
-  let found: Response;
-  try {
-    found = await fetch(address, options);
-    if (found.ok) return await take(found);
-  } catch {
-    throw new Refused();
+  for (let left = options.method === undefined ? PATIENCE_MS : 0; ; ) {
+    let found: Response;
+    try {
+      found = await fetch(address, options);
+      if (found.ok) return await take(found);
+    } catch {
+      throw new Refused();
+    }
+    const pause = 1000 * Number(found.headers.get("Retry-After")) || PAUSE_MS;
+    if (found.status !== BUSY || pause > left) throw refusal(found.status, await found.text());
+    left -= pause;
+    await new Promise((resolve) => setTimeout(resolve, pause));
   }
-  throw refusal(found.status, await found.text());
 }
 
 function refusal(status: number, text: string): Refused {
   try {
-    const { field, detail, who, since } = JSON.parse(text) as Problem;
-    return new Refused(field ? `${field}: ${detail}` : detail, status, who && since ? { who, since } : null, field);
+    const { field, detail, who, since, sentences = [] } = JSON.parse(text) as Pick<Problem, "field" | "detail" | "who" | "since"> & Partial<Problem>;
+    const said = field ? `${field}: ${detail}` : detail;
+    learn(sentences.map((each) => ({ Text: each.text === detail ? said : each.text, Code: each.code, Values: each.values })));
+    return new Refused(said, status, who && since ? { who, since } : null, field);
   } catch {
     return new Refused(text, status);
   }

@@ -31,7 +31,9 @@ export function rowMarks(stalls: readonly Labelled[]): RowMark[] {
   const rows = new Map<string, { number: number; stall: Labelled }[]>();
   for (const stall of stalls) {
     const parts = partsOf(stall.label);
-    if (parts) rows.set(parts.row, [...(rows.get(parts.row) ?? []), { number: parts.number, stall }]);
+    if (!parts) continue;
+    const found = rows.get(parts.row) ?? [];
+    if (found.push({ number: parts.number, stall }) === 1) rows.set(parts.row, found);
   }
   return [...rows].flatMap(([row, all]) => {
     const [first, second] = all.sort((one, other) => one.number - other.number);

@@ -1,6 +1,7 @@
 import type { Zones } from "../fence/draft.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import type { FenceCorner } from "../protocol.ts";
+import { LatePart, READING } from "../shell/late-part.ts";
 import type { Drawing } from "../state/drawing.ts";
 import type { Operator } from "../state/operator.ts";
 import type { FenceEditor, Ring } from "./fence-editor.ts";
@@ -17,15 +18,20 @@ export class FenceOnMap {
   private readonly lot: LotMap;
   private readonly model: Operator;
   private editor: FenceEditor | null = null;
+  private Editor: typeof FenceEditor | null = null;
+  /** The editor, most of the map's code, is read when somebody draws: who flies does not wait for it. */
+  private readonly part: LatePart;
   private corners: readonly FenceCorner[] | null = null;
   private zones: Zones | null = null;
   private plane: LocalPlane | null = null;
   /** What the open editor draws. */
   private edited: Drawing | null = null;
 
-  constructor(lot: LotMap, model: Operator) {
+  constructor(lot: LotMap, model: Operator, read: () => Promise<{ FenceEditor: typeof FenceEditor }> = READING.fence) {
     this.lot = lot;
     this.model = model;
+    const keep = (found: { FenceEditor: typeof FenceEditor }): void => void (this.Editor = found.FenceEditor);
+    this.part = new LatePart(() => read().then(keep), () => this.update());
   }
 
   /** What is to be drawn beside the editor's own line; null while nothing is drawn: the fence that counts stays. */
@@ -35,9 +41,15 @@ export class FenceOnMap {
     return draftFence(verdict.about === "good" ? verdict.check : null, this.plane);
   }
 
+  /** Reads the editor, so that it is there when somebody draws. */
+  read(): void {
+    this.part.want();
+  }
+
   /** Opens, closes and fills the editor as the model says. */
   update(): void {
     if (this.model.drawing !== this.edited) this.toggle(this.model.drawing);
+    if (this.edited && !this.editor && this.part.want() && this.Editor) this.open(this.Editor, this.edited);
     const { draft = null, removing = false, zoning = false } = this.edited ?? {};
     if (!this.editor || !draft) return;
     this.editor.removing = removing;
@@ -70,12 +82,19 @@ export class FenceOnMap {
     else if (event.key === "z" && (event.ctrlKey || event.metaKey)) this.edited?.undo();
   }
 
-  private toggle(edited: Drawing | null): void {
+  private open(Editor: typeof FenceEditor, edited: Drawing): void {
     const drawn = (ring: Ring, zones: readonly Ring[]): void => this.drawn(ring, zones);
+    this.editor = this.lot.editFence(Editor, { drawn, drawing: (corners) => edited.drawing(corners) });
+    this.corners = this.zones = null;
+  }
+
+  private toggle(edited: Drawing | null): void {
     this.edited = edited;
-    this.editor = this.lot.editFence(edited ? { drawn, drawing: (corners) => edited.drawing(corners) } : null);
+    this.lot.leaveFence();
+    this.editor = null;
     this.corners = this.zones = null;
     if (!edited) return;
+    this.lot.stay();
     this.plane = this.model.flight.plane;
     const ring = this.ring();
     const drone = this.model.flight.heartbeat && dronePlace(this.model.flight.heartbeat, this.plane);

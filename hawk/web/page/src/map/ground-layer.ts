@@ -30,6 +30,10 @@ export class GroundLayer extends Layer {
     return this.wide.holder;
   }
 
+  set held(held: boolean) {
+    this.wide.held = held;
+  }
+
   /** Draws this layer alone, as the view was last: what lies over it need not be drawn again. */
   repaint(): void {
     this.wide.touch();

@@ -10,7 +10,7 @@ import type { Layers } from "../state/preferences.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { Background } from "./background.ts";
 import { drawScene } from "./draw-scene.ts";
-import { FenceEditor, type FenceEditorEvents, type Ring } from "./fence-editor.ts";
+import type { FenceEditor, FenceEditorEvents, Ring } from "./fence-editor.ts";
 import { EMPTY_SCENE, type Scene } from "./flight-scene.ts";
 import { corners, covers, type Extent, extentOf, onScreen, roomBeside, type Sight, toCoordinate, toPixel, turn } from "./geometry.ts";
 import { Glide } from "./glide.ts";
@@ -78,6 +78,7 @@ export class LotMap {
   private held = false;
   private readonly pointers = new Set<number>();
   private redrawTimer = 0;
+  private isHolding = false;
   private lot: Extent | null = null;
   private editor: FenceEditor | null = null;
   private planEditor: PlanEditor | null = null;
@@ -170,17 +171,22 @@ export class LotMap {
     else this.turn();
   }
 
-  /** Opens the fence editor; null closes it. The map keeps still under the corners: it follows nothing from then on. */
-  editFence(events: FenceEditorEvents | null): FenceEditor | null {
-    if (events) this.leave();
+  /** Opens the fence editor. The map keeps still under the corners: it follows nothing from then on. */
+  editFence(Editor: typeof FenceEditor, events: FenceEditorEvents): FenceEditor {
+    this.leave();
     this.editor?.dispose();
-    this.editor = events ? new FenceEditor(this.map, readPalette(this.element), events) : null;
+    this.editor = new Editor(this.map, readPalette(this.element), events);
     return this.editor;
   }
 
   /** Adds a layer over the stalls. */
   addLayer(layer: Layer): void {
     this.map.addLayer(layer);
+  }
+
+  leaveFence(): void {
+    this.editor?.dispose();
+    this.editor = null;
   }
 
   /** Brings an extent into view as large as it goes, clear of the tools at the edges. */
@@ -224,9 +230,16 @@ export class LotMap {
     return roomBeside(this.element.getBoundingClientRect(), this.element.parentElement?.querySelector(".tools")?.getBoundingClientRect());
   }
 
-  /** Shows the ground of a stored survey in place of the live one. */
+  /** Shows the ground of a stored survey in place of the live one; its stalls are drawn with it, not before it. */
   showGround(ground: Ground): void {
+    this.hold(ground.whole !== null && ground.tiles.length > 0 && !document.hidden);
     this.tiles.show(ground);
+  }
+
+  /** What is shown stays until the ground is there, `REDRAW_MS` at most. */
+  private hold(isHolding: boolean): void {
+    if (isHolding === this.isHolding) return;
+    this.isHolding = this.ground.held = this.stalls.held = isHolding;
   }
 
   /** Labels on the stalls, and letters at the begins of rows: as they are painted. */
@@ -379,6 +392,7 @@ export class LotMap {
   private redraw(): void {
     clearTimeout(this.redrawTimer);
     this.redrawTimer = 0;
+    this.hold(false);
     if (document.hidden) return;
     this.ground.repaint();
     this.reportDrawn();
@@ -403,7 +417,7 @@ export class LotMap {
     const context = this.overlay.getContext("2d");
     const [width, height] = this.map.getSize() ?? [0, 0];
     const palette = this.ground.palette;
-    if (!context || !palette || width === undefined || height === undefined || document.hidden) return;
+    if (!context || !palette || width === undefined || height === undefined || document.hidden || this.isHolding) return;
     const ratio = window.devicePixelRatio;
     resize(this.overlay, width, height, ratio);
     context.setTransform(ratio, 0, 0, ratio, 0, 0);

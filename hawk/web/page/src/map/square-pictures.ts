@@ -30,10 +30,13 @@ const SPARE = 48;
 
 /**
  * Stalls, drawn square by square into pictures that are kept: while the map is moved or turned no stall is drawn again,
- * where one changes only its square is, and while it is zoomed the pictures are stretched until it stands still.
+ * where one changes only its square is, and while it is zoomed the pictures are stretched until it stands still. Squares
+ * that come into sight are drawn all at once, without pictures: there is something to see sooner.
  */
 export class SquarePictures<Id, Stall extends Indexed<Id>> {
   private readonly kept = new Map<StallSquare<Id, Stall>, Kept>();
+  /** Squares that were drawn once: many never are again. */
+  private known = new WeakSet<StallSquare<Id, Stall>>();
   private readonly index: StallIndex<Id, Stall>;
   private readonly draw: DrawStalls<Stall>;
 
@@ -45,6 +48,7 @@ export class SquarePictures<Id, Stall extends Indexed<Id>> {
   /** Forgets the pictures: what stands in them is no more, or looks otherwise. */
   clear(): void {
     this.kept.clear();
+    this.known = new WeakSet();
   }
 
   /** Draws what is shown; returns the squares of it. */
@@ -53,7 +57,10 @@ export class SquarePictures<Id, Stall extends Indexed<Id>> {
     const squares = this.index.within(sightExtent(sight));
     context.save();
     northUp(context, sight);
-    for (const square of squares) this.paintSquare(context, square, sight, how);
+    const fresh = squares.filter((square) => !this.known.has(square));
+    if (fresh.length > 0) this.draw(context, stallsOf(fresh), { west: 0, north: 0, resolution: sight.resolution, ratio: how.ratio });
+    for (const square of squares) if (this.known.has(square)) this.paintSquare(context, square, sight, how);
+    for (const square of fresh) this.known.add(square);
     context.restore();
     this.forget(squares);
     return squares;
@@ -92,4 +99,8 @@ export class SquarePictures<Id, Stall extends Indexed<Id>> {
     const needed = new Set(shown);
     for (const square of this.kept.keys()) if (!needed.has(square)) this.kept.delete(square);
   }
+}
+
+function* stallsOf<Id, Stall extends Indexed<Id>>(squares: readonly StallSquare<Id, Stall>[]): Iterable<Stall> {
+  for (const { stalls } of squares) yield* stalls.values();
 }

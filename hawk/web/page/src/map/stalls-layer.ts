@@ -27,6 +27,11 @@ export class StallsLayer extends Layer {
     super({});
   }
 
+  set held(held: boolean) {
+    this.wide.held = held;
+    if (!held) this.changed();
+  }
+
   clear(): void {
     this.index.clear();
     this.pictures.clear();

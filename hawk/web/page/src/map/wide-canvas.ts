@@ -36,6 +36,8 @@ export class WideCanvas {
   private readonly paint: Paint;
   private drawn: { sight: Sight; ratio: number } | null = null;
   private stale = true;
+  /** It keeps what it shows: what it is to show next is not whole yet. */
+  held = false;
 
   constructor(name: string, paint: Paint) {
     this.paint = paint;
@@ -49,6 +51,7 @@ export class WideCanvas {
   }
 
   show(frame: FrameState): void {
+    if (this.held) return;
     const sight = sightOf(frame);
     const fits = !this.stale && this.drawn?.ratio === frame.pixelRatio ? shift(this.drawn.sight, sight, MARGIN_PX) : null;
     const [right, down] = fits ?? [0, 0];

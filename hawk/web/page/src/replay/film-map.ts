@@ -1,11 +1,11 @@
-import type { Film, SurveyGround } from "../api.ts";
+import type { Film, SurveyGround, SurveyMap } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
 import { rowMarks } from "../map/draw-labels.ts";
 import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
 import { type Coordinate, type Extent, extentOf, type Rectangle } from "../map/geometry.ts";
 import type { Point } from "../protocol.ts";
 import type { Stall } from "../state/map-store.ts";
-import { type Feature, type Features, onMap, planeOf, stallsOf, type SurveyOnMap } from "../views/survey-source.ts";
+import { type Feature, onMap, planeOf, stallsOf, type SurveyOnMap } from "../views/survey-source.ts";
 import { type Instant, seenBy, trailBy } from "./film.ts";
 
 /** A stall in another survey or plan is the same one where their middles are no farther apart, metres. */
@@ -18,16 +18,16 @@ export type Expected = Rectangle & { label: string };
 /** What a film's flight made in the store: the survey's stalls, and its picture of the ground. */
 export interface Outcome {
   survey: string;
-  features: Features;
+  map: SurveyMap;
   ground: SurveyGround | null;
 }
 
 /** The stalls that a flight was to find or has found, in the frame of its film; those of the plan where nothing was stored. */
 export function expected(film: Film, outcome: Outcome | null): Expected[] {
   const { datum, plan } = film;
-  const plane = outcome && planeOf(outcome.features, outcome.ground);
+  const plane = outcome && planeOf(outcome.map, outcome.ground);
   if (!plane || !datum) return plan;
-  const found = onMap(outcome.survey, outcome.features, outcome.ground, plane);
+  const found = onMap(outcome.survey, outcome.map, outcome.ground, plane);
   const { north = 0, east = 0, turn = 0 } = outcome.ground?.place ?? {};
   const shift = outcome.ground ? { North: 0, East: 0 } : new LocalPlane(degrees(datum)).toMap(found.plane.origin);
   const [sine, cosine] = [Math.sin(turn), Math.cos(turn)];

@@ -21,9 +21,6 @@ import { expected, type Expected, extentOfFilm, filmOnMap, type Outcome, sceneAt
 import { everyFrame, Player } from "./player.ts";
 
 const ICONS: Record<FilmMessage["level"], IconName> = { info: "info", ok: "check", warning: "warn", error: "warn" };
-/** While the recording is being read the drone says so: it is asked again after so long. */
-const AGAIN_MS = 1500;
-const BUSY = 503;
 /** A flight that has just landed: its survey is in the store so much later. */
 const STORED_MS = 4000;
 /** Seconds that an arrow key goes. */
@@ -130,8 +127,7 @@ export class FilmView extends View {
         learn(film.messages.flatMap(({ sentences }) => sentences.map(({ text, code, values }) => ({ Text: text, Code: code, Values: values }))));
         return { ...film, name };
       } catch (error) {
-        if (!(error instanceof Refused && error.status === BUSY) || !this.isConnected) throw error;
-        await new Promise((later) => setTimeout(later, AGAIN_MS));
+        if (!(error instanceof Refused && error.isBusy) || !this.isConnected) throw error;
       }
     }
   }
@@ -310,7 +306,7 @@ export class FilmView extends View {
 }
 
 async function outcomeOf(source: LotSource, survey: string): Promise<Outcome | null> {
-  const [features, ground] = await Promise.all([source.features(survey), source.ground(survey)]);
-  return { survey, features, ground };
+  const [map, ground] = await Promise.all([source.map(survey), source.ground(survey)]);
+  return { survey, map, ground };
 }
 

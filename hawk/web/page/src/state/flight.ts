@@ -77,7 +77,7 @@ export class Flight {
 
   private addLines(lines: LogLine[]): void {
     const all = [...lines.toReversed(), ...this.lines.filter((old) => !lines.some((line) => line.key === old.key))];
-    this.lines = all.sort((a, b) => b.time.localeCompare(a.time)).slice(0, LINES);
+    this.lines = all.sort((a, b) => (a.time < b.time ? 1 : a.time > b.time ? -1 : 0)).slice(0, LINES);
   }
 
   private forgetSent(): void {

@@ -1,19 +1,19 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
-import { orNull, readAll, Refused } from "../link/api.ts";
+import { readAll, type Refused } from "../link/api.ts";
 import type { ViewName } from "../route/place.ts";
 import { Route } from "../route/route.ts";
 import { type DroneChip, viewLinks, viewsOf } from "../shell/top-bar.ts";
-import { LateViews } from "../shell/views.ts";
+import { LatePart, READING } from "../shell/late-part.ts";
+import { LateViews, waitingFor } from "../shell/views.ts";
 import { isFlying, isSteered } from "../state/flight.ts";
 import type { Operator } from "../state/operator.ts";
 import type { LanguageChoice } from "../state/preferences.ts";
 import { isViewer } from "../words/actions.ts";
 import { stateWords } from "../words/glance.ts";
 import { language, say } from "../words/say.ts";
-import type { View } from "../words/view.ts";
-import { stallCount } from "./counts-card.ts";
+import { stallCount, type View } from "../words/view.ts";
 import { leaveByEscape } from "./escape.ts";
 import { icon } from "./icons.ts";
 import { actOnKey } from "./keys.ts";
@@ -21,27 +21,16 @@ import type { MapPanel } from "./map-panel.ts";
 import type { TabName } from "./tabs.ts";
 import { undoByKey } from "./plan-keys.ts";
 import { RedrawOnChange } from "./redraw-on-change.ts";
-import "./action-bar.ts";
-import "./control-note.ts";
-import "./counts-card.ts";
-import "./earlier-survey.ts";
-import "./glance-line.ts";
-import "./keys-list.ts";
-import "./kill-dialog.ts";
-import "./link-banner.ts";
-import "./lots.ts";
-import "./map-panel.ts";
-import "./more-actions.ts";
-import "./plan-panel.ts";
-import "./survey-panel.ts";
-import "./tabs.ts";
-import "./video-panel.ts";
 
 type Panel = "none" | "menu" | "actions" | "keys";
 const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as const;
 
+/** A view that was opened first is drawn before Fly is read, which it needs once the drone flies. */
+const AFTER_VIEW_MS = 3000;
 /** HTTP's status of what is not here. */
 const NOT_THERE = 404;
+/** Lots that could not be read are asked for again after so long. */
+const AGAIN_MS = 5000;
 
 /** The page: the views, and in Fly glance line, banner, map with video and side column, bar. */
 @customElement("hawk-app")
@@ -49,6 +38,8 @@ export class App extends LitElement {
   model!: Operator;
   @property({ attribute: false }) route = new Route();
   @state() private lots: ListedLot[] | null = null;
+  /** Why the lots could not be read. */
+  @state() private unlisted = "";
   /** There is no store of lots. */
   @state() private isAlone = false;
   /** The lot that the address named is not there: the first one is shown. */
@@ -59,8 +50,10 @@ export class App extends LitElement {
   @state() private swapped = false;
   @state() private tab: TabName | "" = "";
   @query("hawk-map") private map!: MapPanel | null;
-  /** Fly is read when it is opened first: a person who opens another view does not wait for its map. */
+  /** Fly is made when it is opened first: a person who opens another view does not wait for its map. */
   private wasOpen = false;
+  /** Glance line, map, bar: read at once where they are shown, else once the view that was opened is. */
+  private readonly fly = new LatePart(READING.fly, () => this.requestUpdate());
   private landedAt: string | null = null;
   private readonly dark = matchMedia("(prefers-color-scheme: dark)");
   readonly late = new LateViews(() => this.requestUpdate());
@@ -79,6 +72,7 @@ export class App extends LitElement {
     this.route.addEventListener("change", this.moved);
     this.listedFor = this.route.place.view;
     void this.listLots();
+    setTimeout(() => this.fly.want(), AFTER_VIEW_MS);
   }
 
   override disconnectedCallback(): void {
@@ -122,18 +116,20 @@ export class App extends LitElement {
     const view = model.view();
     const isDesk = view.welcome?.Desk === true;
     const isAway = this.route.place.view !== "fly";
-    const flies = !isDesk && (!isAway || isSteered(view.heartbeat));
+    const isSteering = !isDesk && (!isAway || isSteered(view.heartbeat));
+    const isRead = (isSteering || !isAway) && this.fly.want();
+    const flies = isSteering && isRead;
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
       ${this.line(view, isDesk)}
-      <hawk-top .route=${this.route} .place=${this.route.place} .views=${viewsOf(!this.isAlone, isDesk)} .lots=${this.lots} .drone=${flies ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })} .clocked=${() => model.dispatchEvent(new Event("change"))}></hawk-top>
+      <hawk-top .route=${this.route} .place=${this.route.place} .views=${viewsOf(!this.isAlone, isDesk)} .lots=${this.lots} .drone=${isSteering ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })} .clocked=${() => model.dispatchEvent(new Event("change"))}></hawk-top>
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
-      ${flies || !isAway ? html`<div class="strips">
+      ${flies || (!isAway && isRead) ? html`<div class="strips">
             <hawk-banner .model=${model}></hawk-banner>
             ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
-      ${!this.wasOpen ? nothing : isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
-      ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots ?? [], token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
-      ${isDesk ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
+      ${!isAway && !isRead ? waitingFor(this.fly) : !this.wasOpen || this.fly.state !== "there" ? nothing : isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
+      ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots, unlisted: this.unlisted, token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
+      ${isDesk || this.fly.state !== "there" ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
       ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map?.classAt(place) ?? 0}></hawk-bar>` : nothing}`;
   }
 
@@ -185,14 +181,21 @@ export class App extends LitElement {
 
   /** The lots to choose from; the first one where the address names none. */
   private async listLots(): Promise<void> {
-    const asked = readAll<ListedLot>("lots");
-    asked.catch((error: unknown) => (this.isAlone = error instanceof Refused && error.status === NOT_THERE));
-    this.list((await orNull(asked)) ?? this.lots ?? []);
+    try {
+      this.list(await readAll<ListedLot>("lots"));
+    } catch (error) {
+      const { message, status, isForNow } = error as Refused;
+      this.isAlone = status === NOT_THERE;
+      if (this.isAlone) this.list([]);
+      this.unlisted = this.isAlone ? "" : message || say("archive-unanswered");
+      if (isForNow) setTimeout(() => void (this.isConnected && this.lots === null && this.listLots()), AGAIN_MS);
+    }
   }
 
   /** An address of a lot that is not there says so: another lot has other figures. */
   private list(lots: ListedLot[]): void {
     this.lots = lots;
+    this.unlisted = "";
     const { lot } = this.route.place;
     if (lots.some(({ id }) => id === lot)) return;
     const [first] = lots;

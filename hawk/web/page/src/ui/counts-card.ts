@@ -5,7 +5,7 @@ import type { CountedState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { linkOf, type View } from "../words/view.ts";
+import { linkOf, stallCount, type View } from "../words/view.ts";
 import { seenPercent } from "../words/glance.ts";
 import { Part } from "./element.ts";
 import { swatch } from "./swatch.ts";
@@ -30,11 +30,6 @@ export class CountsCard extends Part {
   private showSurvey(): void {
     this.dispatchEvent(new CustomEvent("open-panel", { detail: "survey", bubbles: true }));
   }
-}
-
-export function stallCount(view: View): number {
-  const heartbeat = view.heartbeat;
-  return heartbeat ? heartbeat.Free + heartbeat.Taken + heartbeat.Unknown : 0;
 }
 
 function count(state: CountedState, stalls: number): TemplateResult {

@@ -41,10 +41,10 @@ export class LotsList extends Part {
     </section>`;
   }
 
-  /** Asks again when a message has come: each survey that was stored is one. */
+  /** Asks again when a message has come: each survey that was stored is one. Proposals cost the drone seconds: nothing is asked while another view is shown. */
   protected override updated(): void {
     const wanted = JSON.stringify([this.model.view().landedAt, this.model.flight.lines.length]);
-    if (wanted === this.askedFor) return;
+    if (wanted === this.askedFor || this.closest(".away")) return;
     this.askedFor = wanted;
     void this.ask();
   }

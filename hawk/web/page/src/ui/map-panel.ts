@@ -16,8 +16,7 @@ import { planMove } from "../words/move.ts";
 import { number, say } from "../words/say.ts";
 import { SCALES } from "../words/units.ts";
 import { userError } from "../words/user-error.ts";
-import { linkOf, type View } from "../words/view.ts";
-import { stallCount } from "./counts-card.ts";
+import { linkOf, stallCount, type View } from "../words/view.ts";
 import { Part } from "./element.ts";
 import type { FenceToolEvent } from "./fence-tools.ts";
 import { icon } from "./icons.ts";
@@ -32,6 +31,8 @@ import "./plan-tools.ts";
 import "./stall-card.ts";
 
 const STANDARD_GRID = { cells: 256, cellSize: 0.1 };
+/** The flight is drawn before the editor of fences is read. */
+const READ_EDITOR_MS = 2000;
 /** One press of a zoom button. */
 const ZOOM = 1.6;
 /** So near the first place a measured ring is closed. */
@@ -64,6 +65,7 @@ export class MapPanel extends Part {
     this.fence = new FenceOnMap(this.lot, this.model);
     this.plan = new PlanOnMap(this.lot, this.model, () => this.model.flight.plane, true);
     this.lot.apply(this.model.map.whole(), this.model.map);
+    setTimeout(() => this.fence?.read(), READ_EDITOR_MS);
     this.model.addEventListener("map", this.mapChanged);
     this.model.addEventListener("stall", this.stallWanted);
     new ResizeObserver(() => this.requestUpdate()).observe(this.holder);

@@ -2,7 +2,9 @@ import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import type { Changed, StateChange, SurveyUse, SurveysUse } from "../api.ts";
 import { icon } from "../ui/icons.ts";
+import { cssVars } from "../ui/css-vars.ts";
 import { swatch } from "../ui/swatch.ts";
+import { whenIdle } from "../ui/when-idle.ts";
 import { language, say } from "../words/say.ts";
 import { became, byRow, headline, inOrder, interval, notCompared } from "./compare-words.ts";
 import { dayAndTime } from "./figures.ts";
@@ -17,6 +19,8 @@ import { Asked, View } from "./view.ts";
 type End = "before" | "after";
 const ENDS = ["before", "after"] as const;
 const NO_STALLS: ReadonlySet<string> = new Set();
+/** Changed stalls that are listed before the map is drawn; the rest is once it is. */
+const FIRST_LISTED = 40;
 
 /** Two surveys of a lot over their pictures, and every stall that changed. */
 @customElement("archive-compare")
@@ -24,6 +28,7 @@ export class CompareView extends View {
   /** Which end a press on the bar chooses. */
   @state() private end: End = "after";
   @query("hawk-survey-map") private map!: SurveyMap | null;
+  @state() private listsAll = false;
   private readonly newest = new Asked<SurveysUse>(this);
   private readonly named = { before: new Asked<SurveysUse | null>(this), after: new Asked<SurveysUse | null>(this) };
   private readonly maps = { before: new Asked<SurveyOnMap | null>(this), after: new Asked<SurveyOnMap | null>(this) };
@@ -33,6 +38,11 @@ export class CompareView extends View {
   private shownLot = "";
   private ids: readonly string[] = [];
   private shownOf: { changed: Changed | null; marked: ReadonlySet<string>; earlier: ReadonlyMap<string, string> } = { changed: null, marked: NO_STALLS, earlier: new Map() };
+
+  override connectedCallback(): void {
+    super.connectedCallback();
+    whenIdle(() => (this.listsAll = true));
+  }
 
   override willUpdate(): void {
     const { lot } = this.place;
@@ -88,7 +98,9 @@ export class CompareView extends View {
     const cards = ENDS.map((end): SideCard => ({ title: dayAndTime(pair[end].at, clock), detail: say("compare-free-of", { free: pair[end].free, stalls: pair[end].free + pair[end].taken + pair[end].unknown }) }));
     const { marked, earlier } = this.changedOnMap();
     const { by, at, stall } = this.place;
-    return html`<hawk-survey-map .source=${this.maps.before.value} .later=${this.maps.after.value} .cards=${cards} .by=${by || "swipe"} .at=${at === "" ? 0.5 : Number(at)} .marked=${marked} .earlier=${earlier} .chosen=${stall}
+    const { before, after } = this.maps;
+    const areHere = [before, after].every(({ value, waiting }) => value !== null || !waiting); // both are drawn at once
+    return html`<hawk-survey-map .source=${areHere ? before.value : null} .later=${areHere ? after.value : null} .cards=${cards} .by=${by || "swipe"} .at=${at === "" ? 0.5 : Number(at)} .marked=${marked} .earlier=${earlier} .chosen=${stall}
       .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}
       @by=${(event: CustomEvent<By>) => this.go({ by: event.detail })} @at=${(event: CustomEvent<number>) => this.go({ at: String(event.detail).replace(/^0(?=\.)/, "") })}></hawk-survey-map>`;
   }
@@ -128,8 +140,13 @@ export class CompareView extends View {
   private summary(found: Changed, level: number): TemplateResult {
     const { free, compared } = found;
     const stalls = this.labelled(found.stalls);
-    const row = (name: string, all: readonly StateChange[]): TemplateResult => html`<h3>${name === "" ? say("compare-row-none", { count: all.length }) : say("compare-row", { row: name, count: all.length })}</h3>
-      <ul class="changed">${all.map((each) => this.change(each))}</ul>`;
+    let left = this.listsAll ? stalls.length : FIRST_LISTED;
+    const row = (name: string, all: readonly StateChange[]): TemplateResult => {
+      const listed = all.slice(0, Math.max(0, left));
+      left -= listed.length;
+      return html`<h3>${name === "" ? say("compare-row-none", { count: all.length }) : say("compare-row", { row: name, count: all.length })}</h3>
+        <ul class="changed" ${cssVars({ "--rows": String(all.length) })}>${listed.map((each) => this.change(each))}</ul>`;
+    };
     return html`<p class="large"><b>${headline(free)}</b> ${free.value === null ? nothing : say("compare-of", { stalls: compared })}</p>
       <p>${[interval(free, level), became(stalls)].filter((each) => each !== "").join(" ")}</p>
       ${notCompared(found).map((words) => html`<p class="sub">${words}</p>`)}

@@ -48,7 +48,9 @@ export function byRow<T extends { label: string }>(all: readonly T[]): [string, 
   const rows = new Map<string, T[]>();
   for (const each of all) {
     const row = partsOf(each.label)?.row ?? "";
-    rows.set(row, [...(rows.get(row) ?? []), each]);
+    const found = rows.get(row);
+    if (found) found.push(each);
+    else rows.set(row, [each]);
   }
   return [...rows];
 }

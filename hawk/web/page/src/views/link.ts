@@ -1,9 +1,9 @@
-import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, SectionsSeen, StallsUse, Survey, SurveyGround, SurveysUse } from "../api.ts";
+import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, SectionsSeen, StallsUse, Survey, SurveyGround, SurveyMap, SurveysUse } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { API, orNull, type Part, query, read, readAll, readByLink } from "../link/api.ts";
 import type { Place } from "../route/place.ts";
 import { askedOf } from "./question.ts";
-import { type Features, onMap, planeOf, type SurveyOnMap } from "./survey-source.ts";
+import { onMap, planeOf, type SurveyOnMap } from "./survey-source.ts";
 
 /** Days of the period, as 2026-05-04; "" without that end. */
 export interface Period {
@@ -112,16 +112,16 @@ export class LotSource {
     return this.once(`surveys/${survey}/sections`);
   }
 
-  features(survey: string): Promise<Features> {
-    return this.once(`surveys/${survey}/stalls`);
+  map(survey: string): Promise<SurveyMap> {
+    return this.once(`surveys/${survey}/map`);
   }
 
   /** A survey with its picture, null where it has neither a stall nor a picture; a link shows no picture. */
   async onMap(survey: string): Promise<SurveyOnMap | null> {
     const asked = this.ground(survey);
-    const [features, ground] = [await this.features(survey), await asked];
-    this.plane ??= planeOf(features, ground);
-    return this.plane && onMap(survey, features, ground, this.plane);
+    const [map, ground] = [await this.map(survey), await asked];
+    this.plane ??= planeOf(map, ground);
+    return this.plane && onMap(survey, map, ground, this.plane);
   }
 
   /** Where the picture of a survey lies; null for a link, and where there is none. */

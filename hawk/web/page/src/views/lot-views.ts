@@ -6,19 +6,15 @@ import type { Route } from "../route/route.ts";
 import type { Operator } from "../state/operator.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { say } from "../words/say.ts";
-import "./ask-view.ts";
-import "./compare-view.ts";
-import "./document-view.ts";
 import { LotSource } from "./link.ts";
-import "./links-view.ts";
-import "./recordings-view.ts";
-import "./stalls-view.ts";
-import "./surveys-view.ts";
 import { wordsOf } from "./view.ts";
 
 /** What the views show: the person's lots, or the lot of a link. */
 export interface LotAccess {
-  lots: readonly Pick<ListedLot, "id" | "time_zone">[];
+  /** Null until they are read. */
+  lots: readonly Pick<ListedLot, "id" | "time_zone">[] | null;
+  /** Why they could not be read. */
+  unlisted: string;
   /** Token of a shared link; null with a login. */
   token: string | null;
   mayChange: boolean;
@@ -36,7 +32,7 @@ interface Notice {
 const PARTS = ["", "stalls", "links"] as const;
 const NAMES = { "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
 
-/** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. */
+/** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. Each is there with its part of the page. */
 @customElement("hawk-views")
 export class LotViews extends LitElement {
   @property({ attribute: false }) route!: Route;
@@ -92,8 +88,8 @@ export class LotViews extends LitElement {
     const { revision } = this;
     const { mayChange, token } = this.access;
     const isShared = token !== null;
-    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
-    if (!isShared && place.lot === "") return html`<p>${say("archive-no-lot")}</p>`;
+    if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots?.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
+    if (!isShared && place.lot === "") return this.withoutLot();
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
     if (place.show === "document") return html`<archive-document .source=${source} .place=${place} .revision=${revision}></archive-document>`;
@@ -101,6 +97,12 @@ export class LotViews extends LitElement {
     if (place.show === "stalls") return html`<archive-stalls .source=${source} .place=${place} .revision=${revision}></archive-stalls>`;
     if (place.show === "links" && !isShared) return html`<archive-links .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange}></archive-links>`;
     return html`<archive-surveys .source=${source} .place=${place} .revision=${revision} .mayChange=${mayChange && !isShared} .operator=${this.access.operator}></archive-surveys>`;
+  }
+
+  private withoutLot(): TemplateResult {
+    const { lots, unlisted } = this.access;
+    if (unlisted !== "") return html`<p role="alert">${unlisted}</p>`;
+    return html`<p>${say(lots === null ? "archive-asking" : "archive-no-lot")}</p>`;
   }
 
   /** The same for every view of a lot. */

@@ -4,7 +4,6 @@ import type { Recording } from "../api.ts";
 import { API, post, readAll } from "../link/api.ts";
 import { bytes, longDuration } from "../words/format.ts";
 import { say } from "../words/say.ts";
-import "../replay/film-view.ts";
 import { moment } from "./figures.ts";
 import type { LotSource } from "./link.ts";
 import { asking, Asked, View, wordsOf } from "./view.ts";

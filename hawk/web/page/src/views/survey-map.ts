@@ -225,6 +225,7 @@ export class SurveyMap extends LitElement {
 
   /** As many maps as surveys; the second one shows the place of the first. */
   private makePanes(): void {
+    if (this.panes.length === 0 && !this.source && !this.later) return; // nobody sees an empty map drawn
     const holders = [...this.querySelectorAll<HTMLElement>(".ol")];
     while (this.panes.length > holders.length) this.panes.pop()?.map.dispose();
     for (const [index, holder] of holders.entries()) {
@@ -251,7 +252,7 @@ export class SurveyMap extends LitElement {
   /** Names on the element what is drawn: "first" pictures or "all", and the stalls. What measures the map waits for it. */
   private markDrawn(): void {
     const drawn = this.panes.map((pane) => pane.drawn);
-    if (drawn.includes(null)) delete this.dataset.drawn;
+    if (drawn.length === 0 || drawn.includes(null)) delete this.dataset.drawn;
     else this.dataset.drawn = drawn.includes("first") ? "first" : "all";
   }
 

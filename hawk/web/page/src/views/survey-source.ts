@@ -1,16 +1,11 @@
-import type { AboutSurvey, SurveyGround } from "../api.ts";
+import type { SurveyGround, SurveyMap } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
 import { type RowMark, rowMarks } from "../map/draw-labels.ts";
 import type { Rectangle } from "../map/geometry.ts";
 import type { Point } from "../protocol.ts";
 import type { CountedState, Stall } from "../state/map-store.ts";
 
-/** A survey as the drone's GeoJSON has it. */
-export interface Features {
-  hawk: AboutSurvey;
-  features: Feature[];
-}
-
+/** A stall as the drone's GeoJSON has it. */
 export interface Feature {
   id: string;
   geometry: { type: string; coordinates: unknown };
@@ -31,28 +26,33 @@ export interface SurveyOnMap {
 type Ring = [number, number][];
 
 /** The plane in which all surveys of a lot are shown: about the first one's datum, or stall; null where it has neither. */
-export function planeOf({ features }: Features, ground: SurveyGround | null): LocalPlane | null {
-  const first = (shapesOf(features)[0]?.geometry.coordinates as Ring[] | undefined)?.[0]?.[0];
+export function planeOf({ origin, ids }: SurveyMap, ground: SurveyGround | null): LocalPlane | null {
   if (ground) return new LocalPlane({ Latitude: ground.datum[0], Longitude: ground.datum[1] });
-  return first ? new LocalPlane({ Latitude: first[1], Longitude: first[0] }) : null;
+  return ids.length > 0 ? new LocalPlane({ Latitude: origin[1], Longitude: origin[0] }) : null;
 }
 
 /** A survey with its ground in a plane. `ground`: null where none is shown. */
-export function onMap(survey: string, { features }: Features, ground: SurveyGround | null, plane: LocalPlane): SurveyOnMap {
-  const shapes = shapesOf(features);
-  const stalls = stallsOf(features, plane);
+export function onMap(survey: string, map: SurveyMap, ground: SurveyGround | null, plane: LocalPlane): SurveyOnMap {
+  const stalls = map.ids.map((_, index) => stallOn(map, index, plane));
   const off = ground ? plane.toMap({ Latitude: ground.datum[0], Longitude: ground.datum[1] }) : { North: 0, East: 0 };
   const placed = ground && { ...ground, place: { ...ground.place, north: ground.place.north + off.North, east: ground.place.east + off.East } };
-  return { survey, plane, stalls, ids: shapes.map(({ id }) => id), rows: rowMarks(stalls), ground: placed };
+  return { survey, plane, stalls, ids: map.ids, rows: rowMarks(stalls), ground: placed };
 }
 
 /** The stalls among features, in metres about a plane's origin. */
 export function stallsOf(features: readonly Feature[], plane: LocalPlane): Stall[] {
-  return shapesOf(features).map((each, index) => stallOf(each, index, plane));
+  const shapes = features.filter((each) => each.properties.amenity !== "parking" && each.geometry.type === "Polygon");
+  return shapes.map((each, index) => stallOf(each, index, plane));
 }
 
-function shapesOf(features: readonly Feature[]): Feature[] {
-  return features.filter((each) => each.properties.amenity !== "parking" && each.geometry.type === "Polygon");
+/** Corners are sent in these, degrees. */
+const UNIT = 1e-8;
+const CORNERS = [0, 2, 4, 6];
+
+function stallOn({ origin, corners, states, taken, labels }: SurveyMap, index: number, plane: LocalPlane): Stall {
+  const degrees = (at: number, axis: 0 | 1): number => origin[axis] + UNIT * (corners[8 * index + at + axis] ?? 0);
+  const places = CORNERS.map((at) => plane.toMap({ Latitude: degrees(at, 1), Longitude: degrees(at, 0) }));
+  return { id: index, ...rectangleOf(places), state: states[index] ?? "unknown", taken: taken[index] ?? null, seen: null, lastSeen: null, label: labels[index] ?? "" };
 }
 
 function stallOf({ geometry, properties }: Feature, id: number, plane: LocalPlane): Stall {

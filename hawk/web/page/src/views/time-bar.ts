@@ -5,6 +5,7 @@ import type { Recording, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { icon } from "../ui/icons.ts";
+import { whenIdle } from "../ui/when-idle.ts";
 import { onClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
@@ -53,6 +54,8 @@ export class TimeBar extends LitElement {
   private zone = "UTC";
   private shown = "";
   private ticking = 0;
+  /** What the view is for is drawn first. */
+  private mayAsk = false;
   private readonly about = new Asked<SurveysUse>(this);
   private readonly listed = new Asked<SurveysUse>(this);
   private readonly deleted = new Asked<DeletedSurvey[]>(this);
@@ -70,6 +73,10 @@ export class TimeBar extends LitElement {
   override connectedCallback(): void {
     super.connectedCallback();
     this.ticking = window.setInterval(() => this.requestUpdate(), MINUTE_MS);
+    whenIdle(() => {
+      this.mayAsk = true;
+      this.requestUpdate();
+    });
   }
 
   override disconnectedCallback(): void {
@@ -88,7 +95,7 @@ export class TimeBar extends LitElement {
     const { source, lot, revision, followed } = this;
     this.about.ask(`${lot} ${followed} ${revision}`, () => (followed === "" ? source.newest() : source.survey(followed)));
     this.zone = this.about.value?.clock ?? this.zone;
-    if (this.about.value === null) return;
+    if (this.about.value === null || !this.mayAsk) return;
     const period = this.period();
     const key = JSON.stringify([lot, period, revision]);
     this.listed.ask(key, () => source.surveys(period));
@@ -112,7 +119,7 @@ export class TimeBar extends LitElement {
     const days = this.querySelector(".days");
     if (days) this.watch.observe(days);
     this.focusAwaited();
-    if (this.about.value === null) return;
+    if (this.about.value === null || !this.mayAsk) return;
     const period = this.period();
     if (JSON.stringify(period) === this.shown) return;
     this.shown = JSON.stringify(period);
@@ -129,7 +136,7 @@ export class TimeBar extends LitElement {
   override render(): TemplateResult | typeof nothing {
     const problem = this.about.problem || this.listed.problem;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
-    if (this.about.value === null) return html`<section class="timebar" aria-label=${say("time-bar")} aria-busy="true"></section>`;
+    if (this.about.value === null || !this.mayAsk) return html`<section class="timebar" aria-label=${say("time-bar")} aria-busy="true"></section>`;
     const midnights = this.midnights();
     const dayWidth = this.width / midnights.length;
     const inSight = (clock: number): boolean => clock >= (midnights[0] ?? 0) && clock < (midnights.at(-1) ?? 0) + DAY_MS;

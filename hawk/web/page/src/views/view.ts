@@ -74,7 +74,7 @@ export class Asked<T> {
     this.refused = error instanceof Refused ? error : null;
     this.problem = error === null ? "" : wordsOf(error);
     if (this.refused?.isEndedLink === true) this.host.dispatchEvent(new CustomEvent("archive-ended", { detail: this.problem, bubbles: true }));
-    if (this.refused?.status === 0) this.askAgain(key);
+    if (this.refused?.isForNow === true) this.askAgain(key);
     this.host.requestUpdate();
   }
 

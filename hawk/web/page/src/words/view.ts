@@ -38,6 +38,11 @@ export function linkOf(view: View): Link {
   return view.silence >= LOST_S || view.link !== "open" ? "lost" : "live";
 }
 
+/** Number of stalls that the drone knows. */
+export function stallCount({ heartbeat }: View): number {
+  return heartbeat ? heartbeat.Free + heartbeat.Taken + heartbeat.Unknown : 0;
+}
+
 /** The autopilot does not answer although the drone's computer does. */
 export function autopilotLost(view: View): boolean {
   return linkOf(view) === "live" && view.heartbeat !== null && !view.heartbeat.Connected;
