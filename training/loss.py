@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 from torch.nn.functional import binary_cross_entropy_with_logits, cross_entropy
 
+from hawk.algo.vision.network import VEHICLE_KINDS
 from training.targets import (
     CAR,
     CAR_WEIGHT,
@@ -56,7 +57,7 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
     hidden = binary_cross_entropy_with_logits(answer[:, COVER], target[:, COVER], reduction="none")
     hidden = (hidden * target[:, COVER_WEIGHT]).mean()
     total = total + _SHADE_SHARE * (dark + hidden)
-    vehicles = _vehicles(answer, target)
+    vehicles = vehicle_loss(answer[:, VEHICLE:], target)
     total = total + vehicles
     parts = {
         "bce": crossed,
@@ -72,15 +73,19 @@ def loss(answer: Tensor, target: Tensor) -> tuple[Tensor, dict[str, float]]:
     return total, {name: float(part.detach()) for name, part in parts.items()}
 
 
-def _vehicles(answer: Tensor, target: Tensor) -> Tensor:
-    """Return the loss of core, shape and kind of vehicles, over the ground on which they are known."""
-    known, truth, said = target[:, VEHICLE_WEIGHT], target[:, VEHICLE], answer[:, VEHICLE]
+def vehicle_loss(answer: Tensor, target: Tensor) -> Tensor:
+    """Return the loss of core, shape and kind of vehicles, answers (B, 11, h, w) against targets (B, 30, h, w), over
+    the ground on which they are known.
+    """
+    known, truth, said = target[:, VEHICLE_WEIGHT], target[:, VEHICLE], answer[:, 0]
     crossed = (binary_cross_entropy_with_logits(said, truth, reduction="none") * known).mean()
     dice = _dice((torch.sigmoid(said) * known).unsqueeze(1), (truth * known).unsqueeze(1))[0]
     core = (truth * known).unsqueeze(1)
     mass = core.sum() + _DICE_PIXELS
-    geometry = ((answer[:, VEHICLE + 1 : KINDS] - target[:, VEHICLE + 1 : KINDS]).abs() * core).sum() / mass
-    kinds = cross_entropy(answer[:, KINDS:], target[:, KINDS:PLACE_WEIGHT], reduction="none").unsqueeze(1)
+    geometry = ((answer[:, 1 : -len(VEHICLE_KINDS)] - target[:, VEHICLE + 1 : KINDS]).abs() * core).sum() / mass
+    kinds = cross_entropy(answer[:, -len(VEHICLE_KINDS) :], target[:, KINDS:PLACE_WEIGHT], reduction="none").unsqueeze(
+        1
+    )
     return crossed + 0.25 * dice + 0.25 * geometry + _KIND_SHARE * (kinds * core).sum() / mass
 
 

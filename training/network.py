@@ -2,23 +2,40 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple, TypeVar
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from hawk.algo.vision.network import CHANNELS, VEHICLE_CHANNELS
 
+Network = TypeVar("Network", bound=nn.Module)
 Widths = tuple[int, int, int, int, int]
 WIDTHS: Widths = (16, 32, 48, 64, 80)
 """Channels at 1/2, 1/4, 1/8, 1/16 and 1/32 of the picture's resolution."""
 EXTRA_CHANNELS = 2
 """Shade and cover, after the channels of the answer."""
-_EXTRA = 8
+EXTRA_MAPS = 8
+"""Maps at half the resolution beyond the first of the widths."""
 _SUN_HIDDEN = 16
+_VEHICLE_WIDTH = 32
+_CORE_BIAS = -3.0
+"""Log-odds of a vehicle's core before training: a twentieth of the ground (Lin et al. 2017, arXiv 1708.02002)."""
+
+
+class Features(NamedTuple):
+    """Maps of the trunk: at ``half`` and at a ``quarter`` of the picture's resolution, and ``fine``, those at a quarter
+    before the network looks at the surroundings.
+    """
+
+    half: Tensor
+    quarter: Tensor
+    fine: Tensor
 
 
 class StallNet(nn.Module):
-    """U-Net (Ronneberger et al. 2015) of 3 x 3 convolutions with batch normalisation; about 540 000 parameters.
+    """U-Net (Ronneberger et al. 2015) of 3 x 3 convolutions with batch normalisation; about 560 000 parameters.
 
     Takes (B, 3, H, W), H and W multiples of 32, and suns (B, 2); gives (B, 23, H/2, W/2) as
     `hawk.algo.vision.network` describes. While training the style of the shallow maps is perturbed.
@@ -35,25 +52,54 @@ class StallNet(nn.Module):
         self.up4 = nn.Sequential(_block(e + d, d, kernel=1), _block(d, d))
         self.up3 = nn.Sequential(_block(d + c, c, kernel=1), _block(c, c))
         self.up2 = nn.Sequential(_block(c + b, b, kernel=1), _block(b, b))
-        self.up1 = nn.Sequential(_block(b + a, a + _EXTRA, kernel=1), _block(a + _EXTRA, a + _EXTRA))
-        self.answer = nn.Conv2d(a + _EXTRA, CHANNELS, 1)
-        self.further = nn.Conv2d(a + _EXTRA, EXTRA_CHANNELS, 1)
-        self.vehicles = nn.Conv2d(a + _EXTRA, VEHICLE_CHANNELS, 1)
+        self.up1 = nn.Sequential(_block(b + a, a + EXTRA_MAPS, kernel=1), _block(a + EXTRA_MAPS, a + EXTRA_MAPS))
+        self.answer = nn.Conv2d(a + EXTRA_MAPS, CHANNELS, 1)
+        self.further = nn.Conv2d(a + EXTRA_MAPS, EXTRA_CHANNELS, 1)
+        self.vehicles = VehicleHead(a + EXTRA_MAPS, b)
         self.lit = nn.ModuleList(_Lit(width) for width in (a, b, c))
         self.perturbed = StylePerturbation()
 
     def forward(self, picture: Tensor, sun: Tensor) -> Tensor:
         """Return the maps of a batch of pictures under suns (B, 2)."""
+        features = self.features(picture, sun)
+        half = features.half
+        return torch.cat([self.answer(half), self.further(half), self.vehicles(features)], 1)
+
+    def features(self, picture: Tensor, sun: Tensor) -> Features:
+        """Return what the heads look at, of a batch of pictures under suns (B, 2)."""
         half = self.lit[0](self.perturbed(self.down1(picture)), sun)
-        quarter = self.lit[1](self.perturbed(self.down2(half)), sun)
-        eighth = self.lit[2](self.down3(quarter), sun)
+        fine = self.lit[1](self.perturbed(self.down2(half)), sun)
+        eighth = self.lit[2](self.down3(fine), sun)
         sixteenth = self.down4(eighth)
         deepest = self.down5(sixteenth)
-        sixteenth = self.up4(torch.cat([_twice(deepest), sixteenth], 1))
-        eighth = self.up3(torch.cat([_twice(sixteenth), eighth], 1))
-        quarter = self.up2(torch.cat([_twice(eighth), quarter], 1))
-        half = self.up1(torch.cat([_twice(quarter), half], 1))
-        return torch.cat([self.answer(half), self.further(half), self.vehicles(half)], 1)
+        sixteenth = self.up4(torch.cat([twice(deepest), sixteenth], 1))
+        eighth = self.up3(torch.cat([twice(sixteenth), eighth], 1))
+        quarter = self.up2(torch.cat([twice(eighth), fine], 1))
+        return Features(self.up1(torch.cat([twice(quarter), half], 1)), quarter, fine)
+
+
+class VehicleHead(nn.Module):
+    """Finds vehicles in the maps of the trunk, at a quarter of the picture's resolution: gaps between cores are three
+    cells wide there.
+    """
+
+    def __init__(self, half: int, quarter: int) -> None:
+        super().__init__()
+        self.joined = _block(half + 2 * quarter, _VEHICLE_WIDTH, kernel=1)
+        self.about = _block(_VEHICLE_WIDTH, _VEHICLE_WIDTH)
+        self.answer = nn.Conv2d(_VEHICLE_WIDTH, VEHICLE_CHANNELS, 1)
+        with torch.no_grad():
+            torch.as_tensor(self.answer.bias)[0] = _CORE_BIAS
+
+    def forward(self, features: Features) -> Tensor:
+        """Return the channels of vehicles (B, 11, H/2, W/2)."""
+        return twice(self.coarse(features))
+
+    def coarse(self, features: Features) -> Tensor:
+        """Return the channels of vehicles (B, 11, H/4, W/4), of which each cell answers for two by two."""
+        near = functional.avg_pool2d(features.half, 2)
+        maps = self.joined(torch.cat([near, features.quarter, features.fine], 1))
+        return torch.as_tensor(self.answer(self.about(maps)))
 
 
 class _Lit(nn.Module):
@@ -92,7 +138,7 @@ class StylePerturbation(nn.Module):
         return torch.as_tensor(apart * (maps - mean) + shift * mean)
 
 
-def set_memory_format(network: StallNet, memory_format: torch.memory_format) -> StallNet:
+def set_memory_format(network: Network, memory_format: torch.memory_format) -> Network:
     """Set the memory format of the weights (channels last trains faster, export needs contiguous)."""
     for weights in network.parameters():
         if weights.dim() == 4:
@@ -123,5 +169,6 @@ def _block(inside: int, outside: int, stride: int = 1, kernel: int = 3, dilation
     )
 
 
-def _twice(maps: Tensor) -> Tensor:
+def twice(maps: Tensor) -> Tensor:
+    """Return maps at twice their resolution: each cell four times."""
     return functional.interpolate(maps, scale_factor=2.0, mode="nearest")

@@ -8,6 +8,7 @@ undo it: in use the network is the exported one exactly, and while training near
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import onnx
@@ -16,6 +17,8 @@ from onnx import numpy_helper
 from torch import Tensor, nn
 
 from training.network import StallNet, Widths
+
+Module = TypeVar("Module", bound=nn.Module)
 
 _FIRST_OF_LEVEL = (0, 2, 4, 7, 10)
 """The first convolution of each level on the path down, among all."""
@@ -51,15 +54,19 @@ def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
     Raises ResumeError when the file holds another network.
     """
     folded = _convolutions(path)
-    modules = [module for module in network.modules() if isinstance(module, nn.Conv2d)]
+    modules = _of_type(network, nn.Conv2d)
     for younger in (network.vehicles, network.further):
         if len(folded) < len(modules):  # an older file
-            modules.remove(younger)
+            modules = modules[: -len(_of_type(younger, nn.Conv2d))]
     shapes = [tuple(module.weight.shape) for module in modules]
     if [weight.shape for weight, _ in folded] != shapes:
         raise ResumeError(f"{path}: its convolutions are not those of this network; train from the beginning")
-    norms = [module for module in network.modules() if isinstance(module, nn.BatchNorm2d)]
-    shifts = {norm: torch.from_numpy(bias) for norm, (_, bias) in zip(norms, folded[: len(norms)], strict=True)}
+    norms = iter(_of_type(network, nn.BatchNorm2d))  # one follows each convolution without a bias
+    shifts = {
+        next(norms): torch.from_numpy(bias)
+        for module, (_, bias) in zip(modules, folded, strict=True)
+        if module.bias is None
+    }
     network.eval()
     with torch.no_grad():
         for module, (weight, bias) in zip(modules, folded, strict=True):
@@ -71,6 +78,10 @@ def load_folded(network: StallNet, path: Path) -> dict[nn.BatchNorm2d, Tensor]:
         for norm, shift in shifts.items():
             _undo(norm, torch.zeros_like(shift), torch.ones_like(shift), shift)
     return shifts
+
+
+def _of_type(network: nn.Module, kind: type[Module]) -> list[Module]:
+    return [module for module in network.modules() if isinstance(module, kind)]
 
 
 def widths_of_onnx(path: Path) -> Widths:
@@ -85,18 +96,24 @@ def widths_of_onnx(path: Path) -> Widths:
 def _convolutions(path: Path) -> list[tuple[np.ndarray, np.ndarray]]:
     """Return weight and bias of every convolution of the file, in the order in which they are run."""
     graph = onnx.load(str(path)).graph
-    values = {one.name: numpy_helper.to_array(one).copy() for one in graph.initializer}
+    values = _values(graph)
     return [(values[node.input[1]], values[node.input[2]]) for node in graph.node if node.op_type == "Conv"]
 
 
 def _linear(path: Path) -> list[Tensor]:
     """Return the weights by which the sun is taken in, in the order in which they are used; none of an older file."""
     graph = onnx.load(str(path)).graph
-    values = {one.name: numpy_helper.to_array(one) for one in graph.initializer}
-    for node in graph.node:  # weights that are alike are kept once
+    values = _values(graph)
+    return [torch.from_numpy(values[node.input[1]].T.copy()) for node in graph.node if node.op_type == "MatMul"]
+
+
+def _values(graph: onnx.GraphProto) -> dict[str, np.ndarray]:
+    """Return the weights of a graph by name; those that are alike are kept once, and have further names."""
+    values = {one.name: numpy_helper.to_array(one).copy() for one in graph.initializer}
+    for node in graph.node:
         if node.op_type == "Identity" and node.input[0] in values:
             values[node.output[0]] = values[node.input[0]]
-    return [torch.from_numpy(values[node.input[1]].T.copy()) for node in graph.node if node.op_type == "MatMul"]
+    return values
 
 
 def _undo(norm: nn.BatchNorm2d, mean: Tensor, variance: Tensor, shift: Tensor) -> None:

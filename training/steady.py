@@ -5,6 +5,7 @@ Convolutions with strides see another picture after a shift (Zhang 2019, arXiv 1
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -38,10 +39,12 @@ def draw_pair(scene: TrainingScene, rng: np.random.Generator, side: int) -> Pair
     return Pair(_part(whole, (0, 0), side), _part(whole, (columns, rows), side), (columns, rows))
 
 
-def unsteadiness(answer: Tensor, cells: tuple[int, int]) -> Tensor:
-    """Return by how much the last two answers of a batch (B, C, h, w), those of a pair, differ on the same ground."""
+def unsteadiness(answer: Tensor, cells: tuple[int, int], channels: Sequence[int] = (CORE, VEHICLE)) -> Tensor:
+    """Return by how much ``channels`` of the last two answers of a batch (B, C, h, w), those of a pair, differ on the
+    same ground.
+    """
     columns, rows = cells
-    first, second = (torch.sigmoid(answer[k, [CORE, VEHICLE]]) for k in (-2, -1))
+    first, second = (torch.sigmoid(answer[k, list(channels)]) for k in (-2, -1))
     height, width = first.shape[1:]
     same = first[:, rows:, columns:], second[:, : height - rows, : width - columns]
     inner = slice(_EDGE_CELLS, -_EDGE_CELLS)

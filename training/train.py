@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from hawk.algo.vision.network import StallNetwork
 from training.augment import sample
@@ -98,7 +98,7 @@ def train(
             following = beside.submit(_batch, pool, rng, plan, ground)
             parts = learn(network, optimiser, batch, bfloat16=plan.bfloat16)
             step += 1
-            _follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
+            follow(mean, network, min(plan.decay, (1 + step) / (10 + step)))
             if len(states) < len(plan.averaged) and share >= plan.averaged[len(states)]:
                 states.append(copy.deepcopy(mean.state_dict()))
             if step % plan.report_steps == 0:
@@ -215,8 +215,8 @@ def batches(pool: ScenePool, plan: TrainingPlan, ground: Ground | None, count: i
 
 
 @torch.no_grad()
-def _follow(mean: StallNet, network: StallNet, decay: float) -> None:
-    """Move the running mean a little towards the network."""
+def follow(mean: nn.Module, network: nn.Module, decay: float) -> None:
+    """Move the running mean of weights a little towards those of a network."""
     for kept, new in zip(mean.state_dict().values(), network.state_dict().values(), strict=True):
         if kept.dtype.is_floating_point:
             kept.mul_(decay).add_(new, alpha=1 - decay)

@@ -17,7 +17,7 @@ import torch
 from torch import Tensor, nn
 
 from training.export import export
-from training.network import StallNet, Widths
+from training.network import EXTRA_MAPS, StallNet, Widths
 from training.resume import folded_network
 from training.settings import widths_option
 
@@ -58,7 +58,9 @@ def widen(narrow: StallNet, wide: StallNet) -> None:
 def _joined(before: Widths, after: Widths) -> dict[str, Segments]:
     """Return the parts of each input that joins the level below with the one beside it."""
     pairs = list(zip(before, after, strict=True))
-    return {f"up{level}.0.0": [pairs[level], pairs[level - 1]] for level in (4, 3, 2, 1)}
+    joined = {f"up{level}.0.0": [pairs[level], pairs[level - 1]] for level in (4, 3, 2, 1)}
+    half = before[0] + EXTRA_MAPS, after[0] + EXTRA_MAPS
+    return {**joined, "vehicles.joined.0": [half, pairs[1], pairs[1]]}
 
 
 def _widen_convolution(old: nn.Conv2d, new: nn.Conv2d, segments: Segments) -> None:

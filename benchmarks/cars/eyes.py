@@ -14,7 +14,7 @@ from hawk.algo.vision import quads
 from hawk.algo.vision.detection import FloatArray
 from hawk.algo.vision.network import NetworkMaps, StallNetwork
 from hawk.algo.vision.vehicles import Vehicles, vehicles_of
-from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M, resized
+from hawk.picture.orthophoto.tile_detector import CELL_M, GROUND_M, corners_of, resized
 
 LEAST_PROBABILITY: Final = 0.5
 
@@ -49,11 +49,6 @@ def vehicles_in(network: StallNetwork, scene: CarScene) -> Vehicles:
     return vehicles_of(maps, CELL_M)
 
 
-def corners_of(found: Vehicles) -> FloatArray:
-    """Return the corners (N, 4, 2) of vehicles, metres from the picture's upper left corner."""
-    return np.asarray(found.boxes.corners() * CELL_M + GROUND_M / 2)
-
-
 class VehicleEye:
     """The vehicles of the network."""
 
@@ -63,7 +58,7 @@ class VehicleEye:
     def find(self, scene: CarScene) -> SeenVehicles:
         """Return the vehicles of a picture. Raises ValueError for a network that knows none."""
         found = vehicles_in(self._network, scene)
-        return SeenVehicles(corners_of(found), found.probability)
+        return SeenVehicles(corners_of(found.boxes), found.probability)
 
 
 class ChannelEye:

@@ -20,6 +20,7 @@ from benchmarks.cars.scenes import CarScene, shifted
 from benchmarks.figures import Figure, Reference, share
 from benchmarks.perception.measures import Judged, calibration_error
 from hawk.algo.vision.detection import FloatArray
+from hawk.lots.survey.section_counts import interval
 
 NEAR_M: Final = 1.5
 """A find is the labelled vehicle whose centre lies within this."""
@@ -37,14 +38,16 @@ class LotSection:
 
 @dataclass(frozen=True, slots=True)
 class CarTally:
-    """Counts of one picture or more. ``hits`` and ``labels`` by group; ``judged``: probabilities, and whether right."""
+    """Counts of one picture or more. ``hits`` and ``labels`` by group; ``judged``: probabilities, and whether right.
+    ``sections``: vehicles found and labelled in each, and whether its interval holds the labelled ones.
+    """
 
     matched: int = 0
     found: int = 0
     labels: int = 0
     groups: dict[str, tuple[int, int]] = field(default_factory=dict)
     judged: tuple[Judged, ...] = ()
-    sections: tuple[tuple[int, int], ...] = ()
+    sections: tuple[tuple[int, int, bool], ...] = ()
     off_m: tuple[float, ...] = ()
 
     def __add__(self, other: CarTally) -> CarTally:
@@ -80,7 +83,11 @@ def measure(eye: CarEye, scene: CarScene, sections: Sequence[LotSection] = ()) -
         labels=int(truth.is_counted.sum()),
         groups=_groups(scene, hit),
         judged=(judged(seen, scene),),
-        sections=tuple(_counted(part, centres[sure], truth.centres) for part in sections if part.region == scene.name),
+        sections=tuple(
+            _counted(part, centres[sure], probability[sure], truth.centres)
+            for part in sections
+            if part.region == scene.name
+        ),
         off_m=tuple(apart.tolist()),
     )
 
@@ -142,9 +149,15 @@ def judged(seen: SeenVehicles, scene: CarScene) -> Judged:
     return Judged(seen.probability[~out], right[~out])
 
 
-def _counted(section: LotSection, found: FloatArray, true: FloatArray) -> tuple[int, int]:
+def _counted(
+    section: LotSection, found: FloatArray, probability: FloatArray, true: FloatArray
+) -> tuple[int, int, bool]:
+    """Return how many vehicles are found and labelled in a section, and whether its interval holds the labelled."""
     area = shapely.Polygon(section.outline)
-    return tuple(int(area.contains(shapely.points(places)).sum()) if len(places) else 0 for places in (found, true))  # type: ignore[return-value]
+    is_found, is_true = (shapely.contains_xy(area, places) for places in (found, true))
+    least, most = interval(probability[is_found])
+    counted, count = int(is_found.sum()), int(is_true.sum())
+    return counted, count, min(least, counted) <= count <= max(most, counted)
 
 
 def read_sections(path: Path = HAND_LABELS / "sections.json") -> list[LotSection]:
@@ -183,8 +196,9 @@ def _values(tally: CarTally) -> dict[str, float | None]:
         values["centre off p95 m"] = float(np.percentile(tally.off_m, 95))
     values["calibration error"] = calibration_error(tally.judged)
     if tally.sections:
-        said, true = np.array(tally.sections).T
+        said, true, held = np.array(tally.sections).T
         values["sections"] = float(len(said))
         values["sections exact"] = float((said == true).mean())
         values["total of sections over true"] = share(float(said.sum()), float(true.sum()))
+        values["interval of a section holds the truth"] = float(held.mean())
     return values

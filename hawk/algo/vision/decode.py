@@ -22,8 +22,6 @@ _SAMPLES = (7, 13)
 _MINIMUM_VOTERS = 12
 _LEAST_SHOWN = 0.3
 """Below this visible share of its core a stall is not judged by the core."""
-_CORE_OF_STALLS = (0.5, 0.9)
-"""Mean core probability within a rectangle at which it is surely none, and fully a stall; islands lie between."""
 STATE_FEATURES: Final = ("said", "car", "middle")
 """Log-odds of taken by the network's own output; mean car over the stall, and along the middle fifths of its width: a
 neighbour's car and its shadow lie aside."""
@@ -63,7 +61,8 @@ class VoteRules:
 
     ``core_limit``: a cell votes from this probability. ``peak_limit``: density of votes at a centre, 1 for a whole
     object. ``reach``: from a centre to its voters' votes. ``beyond``: how far outside the maps the centre of an object
-    that is partly visible may lie. ``overlap``: of two that share more than this the better one stays.
+    that is partly visible may lie. ``overlap``: of two that share more than this the better one stays. ``core_of``:
+    mean of the core map at which a rectangle is surely none, and fully an object; islands between stalls lie between.
     ``is_size_voted``: the size is the mean of the votes, not the spread of the voters.
     """
 
@@ -75,6 +74,7 @@ class VoteRules:
     sigma: float = 1.8
     reach: float = 4.0
     overlap: float = 0.3
+    core_of: tuple[float, float] = (0.5, 0.9)
     is_size_voted: bool = False
 
 
@@ -137,7 +137,7 @@ def vote(
     found = _gather(voters, peaks, size, rules)
     found = replace(found, column=found.column - rules.beyond, row=found.row - rules.beyond)
     fits = _between(found.width * cell_m, rules.width_m) & _between(found.length * cell_m, rules.length_m)
-    found = _weigh(found[fits], core, shown)
+    found = _weigh(found[fits], core, shown, rules)
     return found[quads.suppress(found.corners(), found.score, rules.overlap)]
 
 
@@ -182,11 +182,11 @@ def sample_points(stalls: Stalls) -> FloatArray:
 
 
 def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
-    """Return the nearest values (...,) at (column, row) points (..., 2); 0 outside."""
+    """Return the nearest values at (column, row) points (..., 2), of each map of (rows, columns); 0 outside."""
     cells = np.rint(points).astype(np.intp)
-    rows, columns = values.shape
+    rows, columns = values.shape[-2:]
     inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
-    read = values[np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)]
+    read = values[..., np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)]
     return np.where(inside, read, 0)
 
 
@@ -272,13 +272,13 @@ def _spread(
     return extent(from_row * cosine - from_column * sine), extent(from_column * cosine + from_row * sine)
 
 
-def _weigh(stalls: Stalls, core: NDArray[np.float32], shown: NDArray[np.float32]) -> Stalls:
+def _weigh(stalls: Stalls, core: NDArray[np.float32], shown: NDArray[np.float32], rules: VoteRules) -> Stalls:
     """Lower the score of stalls that the core map itself is unsure of; raise that of stalls that are cut off."""
     points = sample_points(stalls)[:, _inner()]
     share = sample(shown, points).mean(axis=1)
     share = np.where(share >= _LEAST_SHOWN, share, 1.0)
     mean, score = sample(core, points).mean(axis=1) / share, np.minimum(stalls.score / share, 1.0)
-    return replace(stalls, score=score * np.interp(mean, _CORE_OF_STALLS, (0.0, 1.0)))
+    return replace(stalls, score=score * np.interp(mean, rules.core_of, (0.0, 1.0)))
 
 
 def _inner() -> NDArray[np.bool_]:

@@ -16,11 +16,19 @@ from hawk.algo.vision.detection import FloatArray, GroundImage, Vehicle
 from hawk.algo.vision.network import VEHICLE_KINDS, MapArray, VehicleMaps
 
 VEHICLE_RULES: Final = VoteRules(
-    width_m=(1.2, 3.4), length_m=(2.2, 20.0), beyond=35, sigma=2.0, reach=6.0, is_size_voted=True
+    width_m=(1.2, 3.4),
+    length_m=(2.2, 20.0),
+    beyond=35,
+    core_limit=0.2,
+    peak_limit=0.15,
+    sigma=2.0,
+    reach=6.0,
+    core_of=(0.0, 1.0),
+    is_size_voted=True,
 )
 """From a small car to a lorry with a trailer; half of a coach may lie beyond the picture."""
-PROBABILITY_WEIGHTS: Final = np.array([0.0, 1.0])
-"""Constant and weight of the log-odds of a score, by ``python -m training.vehicles``."""
+PROBABILITY_WEIGHTS: Final = np.array([1.75, 0.95])
+"""Constant and weight of the log-odds of a score, by ``python -m training.vehicles`` over regions left out."""
 _LEAST, _MOST = 1e-3, 1 - 1e-3
 
 
@@ -60,9 +68,8 @@ def vehicles_of(maps: VehicleMaps, cell_m: float, shown: MapArray | None = None)
     boxes = vote(maps, cell_m, shown, VEHICLE_RULES)
     if not len(boxes):
         return Vehicles(boxes, np.zeros(0), np.zeros(0))
-    points = sample_points(boxes)
-    said = np.stack([sample(logits, points).mean(axis=1) for logits in maps.kinds], axis=-1)
-    return Vehicles(boxes, probability_of(boxes.score), said.argmax(axis=-1).astype(np.float64))
+    said = sample(maps.kinds, sample_points(boxes)).mean(axis=-1)
+    return Vehicles(boxes, probability_of(boxes.score), said.argmax(axis=0).astype(np.float64))
 
 
 def probability_of(score: FloatArray) -> FloatArray:

@@ -46,6 +46,7 @@ class SurveysByLot:
         self._tree = shapely.STRtree(self._ground)
         self._stalls = self._owners(findings.stalls.corners)
         self._suggested = self._owners(findings.stalls.suggested)
+        self._vehicles = self._owners(findings.stalls.vehicle_corners)
         self._cores = shapely.STRtree(self._boxes([part.window for part in findings.results]))
         self._failed = shapely.STRtree(self._boxes(failed))
 
@@ -101,7 +102,7 @@ class SurveysByLot:
         )
         grid = findings.source.grid
         plane = PictureFrame(grid, np.array([ground], object))
-        stalls = findings.chosen(self._stalls == number, self._suggested == number)
+        stalls = findings.chosen(self._stalls == number, self._suggested == number, self._vehicles == number)
         mapped = survey_of(findings, plane, stalls, outline)
         around = about.difference(ground)
         ring = PictureFrame(grid, np.array([around], object))

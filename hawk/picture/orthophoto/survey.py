@@ -12,6 +12,8 @@ import shapely
 from numpy.typing import NDArray
 from shapely import Polygon
 
+from hawk.algo.mapper.vehicles import SHOWN
+from hawk.algo.vision.network import VEHICLE_KINDS
 from hawk.exports.values import UNSEEN, LatLon, Observation
 from hawk.lots.registration.georeference import about
 from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M, LandingFacts
@@ -19,12 +21,13 @@ from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
+from hawk.model.vehicles import MapVehicle
 from hawk.picture.limits import UNSEEN_SHARE
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
 from hawk.picture.orthophoto.mosaic import ground_of_box, tiles_of
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
-from hawk.picture.orthophoto.tile_detector import program_name, states_of
+from hawk.picture.orthophoto.tile_detector import Mask, TileVehicles, program_name, states_of
 from hawk.picture.orthophoto.tile_merger import Stalls, merge_tiles
 from hawk.picture.orthophoto.windows import AROUND_M, WindowStalls
 from hawk.picture.values import (
@@ -92,15 +95,24 @@ class Findings:
         named = provenance or Provenance(source.path.name, SourceKind.ORTHOPHOTO)
         return cls(source, results, merge_tiles(results, source.grid.metres), named, model, tuple(left_out))
 
-    def chosen(self, stalls: NDArray[np.bool_], suggested: NDArray[np.bool_]) -> Stalls:
-        """Return the stalls and suggestions of two masks."""
+    def chosen(self, stalls: Mask, suggested: Mask, vehicles: Mask) -> Stalls:
+        """Return the stalls, suggestions and vehicles of three masks."""
         every = self.stalls
-        return Stalls(every.corners[stalls], every.taken[stalls], every.score[stalls], every.suggested[suggested])
+        return Stalls(
+            every.corners[stalls],
+            every.taken[stalls],
+            every.score[stalls],
+            every.suggested[suggested],
+            None if every.vehicles is None else every.vehicles.chosen(vehicles),
+        )
 
     def counted_on(self, plane: PictureFrame) -> Stalls:
         """Return those whose middle is on the lots of a plane."""
-        corners, suggested = self.stalls.corners, self.stalls.suggested
-        return self.chosen(plane.has(corners.mean(axis=1)), plane.has(suggested.mean(axis=1)))
+        every = self.stalls
+        stalls, suggested, vehicles = (
+            plane.has(corners.mean(axis=1)) for corners in (every.corners, every.suggested, every.vehicle_corners)
+        )
+        return self.chosen(stalls, suggested, vehicles)
 
 
 def to_survey(findings: Findings, outline: LotOutline | None = None) -> PictureSurvey:
@@ -147,9 +159,10 @@ def survey_of(
     place, program = _place_name(source, outline), program_name(findings.model)
     ids = id_of(place), id_of(f"{place} {source.identity} {program}")
     lots = _on_earth(found, source.grid) if outline is None else outline.outline()
-    on_earth = _on_earth_of(stalls, source.grid, origin)
+    on_earth = _on_earth_of(stalls.corners, source.grid, origin)
     tiles, mosaic = ({}, {}) if ground is None else tiles_of(ground, lots, origin)
-    current = OccupancyMap(tiles, mosaic, _on_map(stalls, on_earth), version=1, map_id=ids[1])
+    vehicles = None if stalls.vehicles is None else _vehicles_on_map(stalls.vehicles, source.grid, origin)
+    current = OccupancyMap(tiles, mosaic, _on_map(stalls, on_earth), version=1, map_id=ids[1], vehicles=vehicles)
     landed = replace(_landed(source, provenance, origin, current, program), pictures=provenance.source(limits))
     landed = replace(landed, outline=lots if lots.polygons else None)
     exported = export_survey(landed, ids, lots, _exported(stalls, on_earth, landed.utc))
@@ -212,8 +225,9 @@ def _place_name(source: Orthophoto, outline: LotOutline | None) -> str:
 
 @dataclass(frozen=True, slots=True)
 class _OnEarth:
-    """Stalls (N,) on Earth: ``corners`` (N, 4, 2) and ``middle`` (N, 2), degrees; ``metres`` (N, 2) north and east of
-    the origin; ``width``, ``length`` (N,), metres; ``angle`` (N,) of the long side, radians clockwise from north.
+    """Stalls or vehicles (N,) on Earth: ``corners`` (N, 4, 2) and ``middle`` (N, 2), degrees; ``metres`` (N, 2) north
+    and east of the origin; ``width``, ``length`` (N,), metres; ``angle`` (N,) of the long side, radians clockwise from
+    north.
     """
 
     corners: FloatArray
@@ -224,8 +238,9 @@ class _OnEarth:
     angle: FloatArray
 
 
-def _on_earth_of(stalls: Stalls, grid: PixelGrid, origin: LatLon) -> _OnEarth:
-    degrees = np.round(grid.on_earth(stalls.corners.reshape(-1, 2)), _DIGITS) if len(stalls) else np.zeros((0, 2))
+def _on_earth_of(quads: FloatArray, grid: PixelGrid, origin: LatLon) -> _OnEarth:
+    """``quads`` (N, 4, 2), (column, row)."""
+    degrees = np.round(grid.on_earth(quads.reshape(-1, 2)), _DIGITS) if len(quads) else np.zeros((0, 2))
     corners, metres = degrees.reshape(-1, 4, 2), about(origin, degrees)[:, :2].reshape(-1, 4, 2)
     across, along = metres[:, 1] - metres[:, 0], metres[:, 2] - metres[:, 1]
     return _OnEarth(
@@ -272,6 +287,19 @@ def _on_map(stalls: Stalls, on_earth: _OnEarth) -> dict[int, Stall]:
         number: Stall(number, north, east, angle, width, length, taken, state, score, seen=1, last_seen=0.0, version=1)
         for number, (state, (north, east, angle, width, length, taken, score)) in enumerate(
             zip(states, table.tolist(), strict=True), 1
+        )
+    }
+
+
+def _vehicles_on_map(vehicles: TileVehicles, grid: PixelGrid, origin: LatLon) -> dict[int, MapVehicle]:
+    """Return the vehicles that are sure enough, in the map frame about the survey's origin."""
+    shown = vehicles.chosen(vehicles.probability >= SHOWN)
+    on_earth = _on_earth_of(shown.corners, grid, origin)
+    table = np.column_stack([on_earth.metres, on_earth.angle, on_earth.width, on_earth.length, shown.probability])
+    return {
+        number: MapVehicle(number, VEHICLE_KINDS[kind], north, east, angle, width, length, said, 1, 0.0, 0.0, 1)
+        for number, (kind, (north, east, angle, width, length, said)) in enumerate(
+            zip(shown.kind.tolist(), table.tolist(), strict=True), 1
         )
     }
 

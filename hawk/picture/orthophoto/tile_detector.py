@@ -29,8 +29,9 @@ from hawk.algo.vision import decode, quads
 from hawk.algo.vision.decode import Stalls
 from hawk.algo.vision.detection import FloatArray, GroundImage
 from hawk.algo.vision.detector import ALL_ENDS, Ends, StallDetector
-from hawk.algo.vision.network import CELL_PIXELS, Engine, EngineChoice, NetworkMaps, StallNetwork
+from hawk.algo.vision.network import CELL_PIXELS, Engine, EngineChoice, NetworkMaps, StallNetwork, VehicleMaps
 from hawk.algo.vision.network_file import VisionModelError, packaged_weights
+from hawk.algo.vision.vehicles import vehicles_of
 from hawk.model.lot_map import StallState
 from hawk.picture.values import PictureError, of_model
 
@@ -49,12 +50,29 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
+class TileVehicles:
+    """Vehicles of a picture: ``corners`` (V, 4, 2), ``probability`` and ``kind`` (V,), an index of `VEHICLE_KINDS`."""
+
+    corners: FloatArray = field(repr=False)
+    probability: FloatArray = field(repr=False)
+    kind: NDArray[np.intp] = field(repr=False)
+
+    def __len__(self) -> int:
+        return len(self.probability)
+
+    def chosen(self, which: Mask | NDArray[np.intp]) -> TileVehicles:
+        """Return some of them."""
+        return TileVehicles(self.corners[which], self.probability[which], self.kind[which])
+
+
+@dataclass(frozen=True, slots=True)
 class TileDetections:
     """Findings in a picture, metres from its upper left corner.
 
     ``stalls`` (N, 4, 2) may reach beyond the picture. ``taken`` and ``score`` (N,): probabilities of being taken and of
     being a stall. ``lot``: mask whose cells are ``lot_m`` metres a side. ``suggested`` (M, 4, 2): places about cars on
-    no stall and in no aisle, as the mapper would suggest them after several passes.
+    no stall and in no aisle, as the mapper would suggest them after several passes. ``vehicles``: None of a network
+    that knows none.
     """
 
     stalls: FloatArray = field(repr=False)
@@ -63,6 +81,7 @@ class TileDetections:
     lot: Mask = field(repr=False)
     suggested: FloatArray = field(repr=False)
     lot_m: float = LOT_M
+    vehicles: TileVehicles | None = field(default=None, repr=False)
 
     @property
     def states(self) -> tuple[StallState, ...]:
@@ -190,9 +209,28 @@ def found_in(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: 
     area = lot_outline(np.asarray(probability > 0.5), stalls.corners() * share, LOT_M) > 0
     if seen is not None:  # gaps that are closed may lead over missing ground
         area &= cv2.resize(seen, area.shape[::-1], interpolation=cv2.INTER_AREA) > 0.5
-    # cell (c, r) is picture pixel (2 c, 2 r), whose centre lies half a pixel from the picture's corner
-    metres = stalls.corners() * CELL_M + GROUND_M / 2
-    return TileDetections(metres, decode.occupancy(maps, stalls), stalls.score, area, _suggested(car, stalls))
+    return TileDetections(
+        corners_of(stalls),
+        decode.occupancy(maps, stalls),
+        stalls.score,
+        area,
+        _suggested(car, stalls),
+        vehicles=None if maps.vehicles is None else vehicles_in(maps.vehicles, seen),
+    )
+
+
+def vehicles_in(maps: VehicleMaps, seen: NDArray[np.float32] | None = None) -> TileVehicles:
+    """Return the vehicles that maps show, metres from the picture's upper left corner; ``seen`` as in `found_in`."""
+    found = vehicles_of(maps, CELL_M, seen)
+    return TileVehicles(corners_of(found.boxes), found.probability, found.kind.astype(np.intp))
+
+
+def corners_of(boxes: Stalls) -> FloatArray:
+    """Return the corners (N, 4, 2) of boxes in cells, metres from the picture's upper left corner.
+
+    Cell (c, r) is pixel (2 c, 2 r), whose centre lies half a pixel from that corner.
+    """
+    return np.asarray(boxes.corners() * CELL_M + GROUND_M / 2)
 
 
 def stalls_of(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: Stalls | None = None) -> Stalls:

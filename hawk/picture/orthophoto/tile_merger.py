@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.vision import quads
 from hawk.picture.orthophoto.grid import FloatArray
+from hawk.picture.orthophoto.tile_detector import TileVehicles
 from hawk.picture.orthophoto.windows import WindowStalls
 
 SAME: Final = 0.30
@@ -22,15 +23,21 @@ _STALL_REACH_M: Final = 9.0
 
 @dataclass(frozen=True, slots=True)
 class Stalls:
-    """Stalls of a picture, from its upper left to its lower right: as of `WindowStalls`."""
+    """Stalls of a picture, from its upper left to its lower right, and its vehicles: as of `WindowStalls`."""
 
     corners: FloatArray = field(repr=False)
     taken: FloatArray = field(repr=False)
     score: FloatArray = field(repr=False)
     suggested: FloatArray = field(repr=False)
+    vehicles: TileVehicles | None = field(default=None, repr=False)
 
     def __len__(self) -> int:
         return len(self.score)
+
+    @property
+    def vehicle_corners(self) -> FloatArray:
+        """Corners (V, 4, 2) of the vehicles; none of a network that knows none."""
+        return np.zeros((0, 4, 2)) if self.vehicles is None else self.vehicles.corners
 
 
 def merge_tiles(windows: Sequence[WindowStalls], metres: tuple[float, float]) -> Stalls:
@@ -57,7 +64,16 @@ def merge_tiles(windows: Sequence[WindowStalls], metres: tuple[float, float]) ->
     suggested = np.concatenate([part.suggested for part in parts] or [np.zeros((0, 4, 2))])
     suggested = suggested[_free(suggested * np.array(metres), places[kept])]
     suggested = suggested[quads.suppress(suggested * np.array(metres), np.zeros(len(suggested)), SAME)]
-    return Stalls(corners[kept], taken[kept], score[kept], suggested)
+    return Stalls(corners[kept], taken[kept], score[kept], suggested, _vehicles(parts, np.array(metres)))
+
+
+def _vehicles(parts: Sequence[WindowStalls], metres: FloatArray) -> TileVehicles | None:
+    """Return the vehicles of all windows, each once; None of a network that knows none."""
+    given = [part.vehicles for part in parts if part.vehicles is not None]
+    if not given:
+        return None
+    every = TileVehicles(*(np.concatenate([getattr(one, f.name) for one in given]) for f in fields(TileVehicles)))
+    return every.chosen(quads.suppress(every.corners * metres, every.probability, SAME))
 
 
 def _standing(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any, Final
 
@@ -13,10 +13,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from hawk.algo.vision.network import VEHICLE_KINDS
 from hawk.picture.orthophoto.grid import Box, FloatArray, PixelGrid
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
-from hawk.picture.orthophoto.tile_detector import TileDetector, program_name
+from hawk.picture.orthophoto.tile_detector import TileDetector, TileVehicles, program_name
 from hawk.picture.values import PictureError
 
 Mask = NDArray[np.bool_]
@@ -33,7 +34,7 @@ _REACH_M: Final = 2.0
 """Stalls this near to a core are reported with it: its neighbour may have put them on the other side of the seam."""
 _FINE_M: Final = 0.05
 """Pixels smaller than half of this are averaged while they are read, which bounds a window's memory."""
-_FORMAT: Final = 1
+_FORMAT: Final = 2
 """Counts the changes of what a window's result holds."""
 
 
@@ -70,7 +71,7 @@ class WindowStalls:
 
     ``corners`` (N, 4, 2) of the stalls in and near the core, ``taken`` and ``score`` (N,) as of
     `TileDetections`; ``suggested`` (M, 4, 2). ``lot`` and ``seen``: the cells of the core that are of a lot, and that
-    show ground.
+    show ground. ``vehicles``: those whose middle is in the core, None of a network that knows none, and without ground.
     """
 
     window: Window
@@ -80,6 +81,7 @@ class WindowStalls:
     suggested: FloatArray = field(repr=False)
     lot: NDArray[np.bool_] = field(repr=False)
     seen: NDArray[np.bool_] = field(repr=False)
+    vehicles: TileVehicles | None = field(default=None, repr=False)
 
     def to_bytes(self) -> bytes:
         """Return it as JSON; the same findings give the same bytes."""
@@ -94,6 +96,7 @@ class WindowStalls:
             "suggested": self.suggested.tolist(),
             "lot": encode_runs(self.lot),
             "seen": encode_runs(self.seen),
+            "vehicles": None if self.vehicles is None else _vehicle_rows(self.vehicles),
         }
         return json.dumps(content, separators=(",", ":")).encode()
 
@@ -105,20 +108,37 @@ class WindowStalls:
             if content["format"] != _FORMAT:
                 raise ValueError(f"format {content['format']}")
             core, box = (tuple(int(v) for v in content[name]) for name in ("core", "box"))
-            masks: list[Runs] = [content["lot"], content["seen"]]
+            runs: tuple[Runs, Runs] = content["lot"], content["seen"]
+            lot, seen = (decode_runs(mask) for mask in runs)
             found = cls(
                 Window(_box(core), _box(box), int(content["step"])),
                 np.array(content["corners"], np.float64).reshape(-1, 4, 2),
                 np.array(content["taken"], np.float64),
                 np.array(content["score"], np.float64),
                 np.array(content["suggested"], np.float64).reshape(-1, 4, 2),
-                *(decode_runs(mask) for mask in masks),
+                lot,
+                seen,
+                None if content["vehicles"] is None else _read_vehicles(content["vehicles"]),
             )
         except (ValueError, TypeError, KeyError, UnicodeDecodeError) as error:
             raise PictureError(f"a window's result cannot be read ({error!r}); remove it and map again") from error
         if not len(found.corners) == len(found.taken) == len(found.score):
             raise PictureError("a window's result cannot be read (its parts differ); remove it and map again")
         return found
+
+
+def _vehicle_rows(vehicles: TileVehicles) -> list[list[float]]:
+    table = np.column_stack([vehicles.corners.reshape(-1, 8), vehicles.probability, vehicles.kind])
+    return table.tolist()  # type: ignore[no-any-return]
+
+
+def _read_vehicles(rows: list[list[float]]) -> TileVehicles:
+    """Return what `_vehicle_rows` made. Raises ValueError, TypeError."""
+    table = np.array(rows, np.float64).reshape(-1, 10)
+    kind = table[:, 9].astype(np.intp)
+    if ((kind < 0) | (kind >= len(VEHICLE_KINDS))).any():
+        raise ValueError("a vehicle of no kind")
+    return TileVehicles(table[:, :8].reshape(-1, 4, 2), table[:, 8], kind)
 
 
 def windows_of(source: Orthophoto, outline: LotOutline | None = None, *, core_m: float = CORE_M) -> tuple[Window, ...]:
@@ -229,6 +249,14 @@ def map_window(source: Orthophoto, window: Window, detector: TileDetector) -> Wi
     kept = _touch(found.stalls, core) & _is_in(found.stalls.mean(axis=1), (0.0, 0.0, *whole))
     suggested = found.suggested[_is_in(found.suggested.mean(axis=1), core)]
     seen = lot_cells(part.valid, side, core)
+    vehicles = found.vehicles
+    if vehicles is not None:
+        vehicles = vehicles.chosen(_is_in(vehicles.corners.mean(axis=1), core))
+        vehicles = replace(
+            vehicles,
+            corners=np.round(vehicles.corners / metres + corner, 2),
+            probability=np.round(vehicles.probability, 4),
+        )
     return WindowStalls(
         window,
         np.round(found.stalls[kept] / metres + corner, 2),
@@ -237,6 +265,7 @@ def map_window(source: Orthophoto, window: Window, detector: TileDetector) -> Wi
         np.round(suggested / metres + corner, 2),
         lot_cells(found.lot, (found.lot_m, found.lot_m), core, seen.shape) & seen,
         seen,
+        vehicles,
     )
 
 

@@ -71,10 +71,19 @@ def test_sections_are_counted_by_the_middles() -> None:
     outline = np.array([[0, 0], [40, 0], [40, 15], [0, 15]], float)
     given = scene(box(10, 10), box(20, 10), box(20, 25))
     counts = measure(Eye((10, 10), (20, 25)), given, [LotSection("a", outline, 5), LotSection("b", outline, 5)])
-    assert counts.sections == ((1, 2),)
+    assert counts.sections == ((1, 2, True),), "of two one may be missed"
     rows = {row.text: row.value for row in figures(counts + counts, "x")}
     assert rows["sections"] == 2
     assert rows["total of sections over true"] == 0.5
+
+
+def test_an_interval_of_a_section_does_not_hold_a_number_far_from_the_finds() -> None:
+    outline = np.array([[0, 0], [40, 0], [40, 40], [0, 40]], float)
+    given = scene(*(box(10, 4 * k) for k in range(1, 9)))
+    counts = measure(Eye((10, 4)), given, [LotSection("a", outline, 9)])
+    assert counts.sections == ((1, 8, False),)
+    rows = {row.text: row.value for row in figures(counts, "x")}
+    assert rows["interval of a section holds the truth"] == 0
 
 
 def test_nothing_found_and_nothing_labelled_is_no_error() -> None:

@@ -48,7 +48,7 @@ def test_the_checkpoint_of_another_network_is_refused(tmp_path: Path) -> None:
 class EmptyPool(SetPool):
     """As the painter's pool: one that goes on holds no scene until a new one was drawn."""
 
-    def __init__(self, *_: Any, drawn: int = 0) -> None:
+    def __init__(self, *_: Any, drawn: int = 0, dress: object = None) -> None:
         super().__init__()
         self.drawn, self.first = drawn, drawn
 

@@ -15,17 +15,20 @@ from training.loss import loss  # noqa: E402
 from training.network import StallNet  # noqa: E402
 from training.settings import TrainingPlan  # noqa: E402
 from training.targets import (  # noqa: E402
+    ANSWER_CHANNELS,
     CAR,
     CORE,
     CORE_WEIGHT,
     COVER,
+    KINDS,
     LABELS,
     LOT,
     PLACE_WEIGHT,
     SHADE,
     TAKEN,
-    TAKEN_WEIGHT,
     TARGET_CHANNELS,
+    VEHICLE,
+    VEHICLE_WEIGHT,
     TrainingScene,
 )
 from training.train import Batch, learn, train  # noqa: E402
@@ -35,17 +38,20 @@ SMALL = (4, 4, 4, 4, 4)
 
 def targets() -> Any:
     target = torch.zeros(1, TARGET_CHANNELS, 32, 32)
-    target[:, PLACE_WEIGHT : TAKEN_WEIGHT + 1] = 1
+    target[:, PLACE_WEIGHT : VEHICLE_WEIGHT + 1] = 1
     target[:, LOT, :, :16] = 1
     target[:, CORE, 4:20, 4:20] = 1
     target[:, 3:9, 4:20, 4:20] = 0.3
     target[:, TAKEN, 4:20, 4:20] = 1
+    target[:, VEHICLE, 6:18, 6:18] = 1
+    target[:, VEHICLE + 1 : KINDS, 6:18, 6:18] = 0.3
+    target[:, KINDS + 1, 6:18, 6:18] = 1
     return target
 
 
 def perfect(target: Any) -> Any:
-    answer = target[:, :12].clone()
-    for channel in (LOT, CORE, CAR, TAKEN, SHADE, COVER):
+    answer = target[:, :ANSWER_CHANNELS].clone()
+    for channel in (LOT, CORE, CAR, TAKEN, SHADE, COVER, VEHICLE, *range(KINDS, ANSWER_CHANNELS)):
         answer[:, channel] = torch.where(target[:, channel] > 0.5, 12.0, -12.0)
     return answer
 
@@ -54,7 +60,7 @@ def test_a_perfect_answer_costs_nothing_and_each_fault_costs_something() -> None
     target = targets()
     best, _ = loss(perfect(target), target)
     assert float(best) < 0.01
-    for channel in range(12):
+    for channel in (*range(KINDS), KINDS + 1):
         wrong = perfect(target)
         wrong[:, channel] *= -1
         assert float(loss(wrong, target)[0]) > float(best) + 0.02
@@ -73,7 +79,7 @@ def test_the_size_and_shape_of_the_network() -> None:
     network = StallNet()
     assert sum(p.numel() for p in network.parameters()) <= 600_000
     with torch.no_grad():
-        assert network.eval()(torch.zeros(2, 3, 64, 96), torch.zeros(2, 2)).shape == (2, 12, 32, 48)
+        assert network.eval()(torch.zeros(2, 3, 64, 96), torch.zeros(2, 2)).shape == (2, ANSWER_CHANNELS, 32, 48)
 
 
 def test_what_is_exported_runs_in_opencv_alike(tmp_path: Path) -> None:
@@ -201,6 +207,38 @@ def test_an_exported_network_is_taken_up_as_it_is_and_trains_on(tmp_path: Path) 
     assert float(near.abs().mean()) < 0.1 * float(dark.abs().mean())
     with pytest.raises(ResumeError, match="train from the beginning"):
         load_onnx(StallNet(), tmp_path / "first.onnx", pictures)
+
+
+class OlderNet(StallNet):
+    """A network of before there were vehicles."""
+
+    def forward(self, picture: Any, sun: Any) -> Any:
+        """Return stalls, shade and cover."""
+        half = self.features(picture, sun).half
+        return torch.cat([self.answer(half), self.further(half)], 1)
+
+
+def test_a_file_without_vehicles_is_taken_up_and_its_weights_are_written_again_to_the_bit(tmp_path: Path) -> None:
+    onnx = pytest.importorskip("onnx", reason="training needs the training extra")
+    from training.resume import folded_network
+
+    torch.manual_seed(4)
+    older = OlderNet(SMALL).train()
+    for _ in range(5):
+        older(torch.randn(4, 3, 64, 64), torch.randn(4, 2))
+    export(older.eval(), tmp_path / "older.onnx")
+    export(folded_network(tmp_path / "older.onnx"), tmp_path / "newer.onnx")
+    before, after = (
+        {onnx.numpy_helper.to_array(one).tobytes() for one in onnx.load(tmp_path / name).graph.initializer}
+        for name in ("older.onnx", "newer.onnx")
+    )
+    assert before <= after
+    picture = np.random.default_rng(0).integers(0, 256, (64, 96, 3), np.uint8)
+    first, second = (StallNetwork.load(tmp_path / name).run(picture) for name in ("older.onnx", "newer.onnx"))
+    assert first.vehicles is None
+    assert second.vehicles is not None
+    np.testing.assert_array_equal(first.core, second.core)
+    np.testing.assert_array_equal(first.cover, second.cover)
 
 
 DEVICES = ["cpu", pytest.param("cuda", marks=pytest.mark.skipif(not torch.cuda.is_available(), reason="no GPU"))]

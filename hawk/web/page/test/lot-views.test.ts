@@ -237,17 +237,6 @@ describe("lots over time", () => {
     assert.match(rows[1]!, /–Its place on the lot is not certain/);
   });
 
-  it("say that no lot is stored only when the drone said so", async () => {
-    await open("#/report", { lots: [] });
-    assert.match(words(archive), /No lot is stored yet/);
-    for (const [lots, unlisted, said] of [[null, "", /Asking the drone/], [null, "The store is busy.", /The store is busy\./]] as const) {
-      archive.access = { ...archive.access, lots, unlisted };
-      await drawn();
-      assert.match(words(archive), said);
-      assert.doesNotMatch(words(archive), /No lot/);
-    }
-  });
-
   it("say how many stalls the flight found where the plan has others", async () => {
     answers["/statistics/surveys"] = { ...(answers["/statistics/surveys"] as object), surveys: [survey(TWO, "2026-05-04T12:00:00Z", { found: 5 })] };
     await open(`#/lots/${LOT}/${TWO}`);

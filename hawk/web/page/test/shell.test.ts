@@ -5,6 +5,7 @@ import { Route } from "../src/route/route.ts";
 import { Guest } from "../src/shell/guest.ts";
 import { TopBar, viewsOf } from "../src/shell/top-bar.ts";
 import { LateViews } from "../src/shell/views.ts";
+import { LotViews } from "../src/views/lot-views.ts";
 import { keepClock } from "../src/words/clock.ts";
 import * as format from "../src/words/format.ts";
 import { settle } from "./fakes.ts";
@@ -102,5 +103,19 @@ describe("the page's end", () => {
     assert.equal(rig.operator.isFlyingIt, false);
     rig.hear({ State: "Hover", Armed: null });
     assert.equal(rig.operator.isFlyingIt, true, "the autopilot is silent: the motors may be on");
+  });
+});
+
+describe("a view without a lot", () => {
+  it("says that none is stored only when the drone said so", async () => {
+    for (const [lots, unlisted, said] of [[[], "", /No lot is stored yet/], [null, "", /Asking the drone/], [null, "The store is busy.", /The store is busy\./]] as const) {
+      const access = { lots, unlisted, token: null, mayChange: true, operator: null };
+      const views = Object.assign(new LotViews(), { route: new Route({ hash: () => "#/report", write: () => undefined }), access });
+      document.body.replaceChildren(views);
+      await views.updateComplete;
+      assert.match(words(views), said);
+      assert.equal(words(views).includes("No lot"), lots !== null);
+      views.remove();
+    }
   });
 });

@@ -145,8 +145,10 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
 def test_a_new_lot_may_lie_beside_another_one_and_not_on_a_part_of_it(person: Importer) -> None:
     near = drawn(24, a_row=12, north=100.0)
     assert person.begin(geojson(near))["stalls"] == 24
-    with pytest.raises(LotInputError, match="lot: is there already on the ground of this plan"):
-        person.begin(geojson(drawn(24, a_row=12, north=113.0)), "Again")
+    for north in (113.0, 123.0):  # by more and by less than what makes two lots one
+        with pytest.raises(LotInputError, match="lot: is there already on the ground of this plan"):
+            person.begin(geojson(drawn(24, a_row=12, north=north)), "Again")
+    assert person.begin(geojson(drawn(24, a_row=12, north=160.0)), "Beside")["stalls"] == 24
 
 
 @pytest.mark.slow

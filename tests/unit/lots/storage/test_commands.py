@@ -95,14 +95,14 @@ def test_what_the_store_takes_ends_well(name: str, folder: Path) -> None:
     ],
 )
 def test_an_error_names_its_file_or_its_option(
-    error: Exception, words: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    error: Exception, words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fail(*_: object) -> None:
         raise error
 
     monkeypatch.setattr("hawk.lots.storage.backup.backup", fail)
-    assert run(folder, COMMANDS["backup"]) == (2 if isinstance(error, LotInputError) else 1)
-    assert capsys.readouterr().err.replace(f"{folder}/", "") == f"hawk-drone: {words}\n"
+    assert run(tmp_path, COMMANDS["backup"]) == (2 if isinstance(error, LotInputError) else 1)
+    assert capsys.readouterr().err.replace(f"{tmp_path}/", "") == f"hawk-drone: {words}\n"
 
 
 def test_an_error_of_a_command_without_a_file_names_the_store(

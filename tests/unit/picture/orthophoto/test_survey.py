@@ -13,10 +13,12 @@ from hawk.algo.vision import quads
 from hawk.exports.shapes import lot_shape, stall_shape
 from hawk.exports.values import UNSEEN
 from hawk.lots.registration.georeference import about, ground_about
+from hawk.lots.survey.landing import finished
 from hawk.lots.survey.source import Limit, SourceKind
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.survey import Findings, to_survey
+from hawk.picture.orthophoto.tile_detector import TileVehicles
 from hawk.picture.orthophoto.windows import Window, WindowStalls, windows_of
 from hawk.picture.values import LeftOut, Provenance
 from tests.unit.picture.orthophoto.drawn import HERE, UTM, opened_blank, placed
@@ -102,6 +104,29 @@ def test_an_outline_limits_stalls_and_area(tmp_path: Path) -> None:
     assert lot_shape(mapped.survey.outline).area == pytest.approx(lot.area, rel=1e-6)
     assert mapped.ground is not None
     assert mapped.ground.image.shape[:2] == pytest.approx((360, 410), abs=20)
+
+
+def test_vehicles_on_the_lots_are_part_of_the_survey(tmp_path: Path) -> None:
+    source = photo(tmp_path)
+    found = result(windows_of(source)[0], [(300.0, 200.0)], [0.9])
+    assert to_survey(Findings.of(source, [found])).landed.current.vehicles is None
+    at = np.array([[320.0, 200.0], [250.0, 250.0], [500.0, 200.0], [300.0, 120.0]])
+    corners = quads.corners(*at.T, *(np.full(4, v) for v in (0.0, 19.0, 46.0)))
+    vehicles = TileVehicles(corners, np.array([0.9, 0.7, 0.9, 0.4]), np.array([0, 1, 0, 0]))
+    ring = np.array([(100, 100), (350, 100), (350, 300), (100, 300)], float)
+    outline = LotOutline.of(shapely.Polygon(source.grid.on_earth(ring)[:, ::-1]))
+    landed = to_survey(Findings.of(source, [replace(found, vehicles=vehicles)]), outline).landed
+    assert landed.current.vehicles is not None
+    seen = list(landed.current.vehicles.values())
+    assert [(each.kind, round(each.probability, 2)) for each in seen] == [("car", 0.9), ("van", 0.7)], (
+        "one is outside the lot, of one the network is not sure"
+    )
+    apart = seen[1].north - seen[0].north, seen[1].east - seen[0].east
+    assert apart == pytest.approx((-5.0, -7.0), abs=0.3)  # by the grid's turn in its zone
+    assert (seen[0].width, seen[0].length) == pytest.approx((1.9, 4.6), abs=0.01)
+    stored = finished(landed).vehicles
+    assert stored is not None
+    assert [each.kind for each in stored] == ["car", "van"]
 
 
 def test_a_picture_without_a_stall_is_a_survey_of_none(tmp_path: Path) -> None:

@@ -113,3 +113,13 @@ def test_ground_that_was_cut_off_is_not_looked_beyond(monkeypatch: pytest.Monkey
     for ends in ((False, False, False, False), (True, False, False, True), (True, True, True, True)):
         looked.detect(picture, GROUND_M, ends=ends)
     assert shapes == [(96, 128, 3), (96 + beyond, 128 + beyond, 3), (96 + 2 * beyond, 128 + 2 * beyond, 3)]
+
+
+def test_vehicles_of_a_drawn_lot_are_those_on_its_taken_stalls() -> None:
+    found = detector().detect(lot_picture(), METRES)
+    assert found.vehicles is not None
+    sure = found.vehicles.corners[found.vehicles.probability >= 0.5].mean(axis=1)
+    taken = found.stalls[found.taken > 0.5].mean(axis=1)
+    apart = np.hypot(*(taken[:, None] - sure[None]).T)
+    assert (apart.min(axis=1) < 1.5).mean() > 0.9
+    assert (apart.min(axis=0) < 1.5).mean() > 0.8, "some stand beside stalls"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from hawk.algo.vision import quads
 from hawk.picture.orthophoto.grid import Box
 from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.tile_detector import TileVehicles
 from hawk.picture.orthophoto.tile_merger import SAME, Stalls, merge_tiles
 from hawk.picture.orthophoto.windows import Window, WindowStalls, map_window, windows_of
 from tests.unit.picture.orthophoto.drawn import detector, lot_file
@@ -37,6 +39,20 @@ def seen_by(window: Window, middles: Floats, score: Floats | None = None, length
     scores = np.full(len(middles), 0.9) if score is None else score
     mask = np.zeros((2, 2), np.bool_)
     return WindowStalls(window, corners, np.full(len(at), 0.2), scores[near], np.zeros((0, 4, 2)), mask, mask)
+
+
+def test_a_vehicle_that_two_windows_saw_is_found_once() -> None:
+    parts, nothing = [], np.zeros((0, 2))
+    for column, (x, probability) in enumerate([(CORE - 2.0, 0.6), (CORE + 1.0, 0.9)]):
+        corners = quads.corners(
+            np.array([x, 100.0 + 700 * column]), np.full(2, 200.0), *np.array([[0.0] * 2, [19] * 2, [46] * 2])
+        )
+        vehicles = TileVehicles(corners, np.array([probability, 0.8]), np.array([0, 1]))
+        parts.append(replace(seen_by(window_at(column, 0), nothing), vehicles=vehicles))
+    merged = merge_tiles(parts, METRES).vehicles
+    assert merged is not None
+    assert sorted(zip(merged.probability.tolist(), merged.kind.tolist(), strict=True)) == [(0.8, 1), (0.8, 1), (0.9, 0)]
+    assert merge_tiles([seen_by(window_at(0, 0), nothing)], METRES).vehicles is None
 
 
 def same(one: Stalls, other: Stalls) -> bool:

@@ -20,6 +20,7 @@ from hawk.picture.orthophoto.bands import Bands
 from hawk.picture.orthophoto.grid import PixelGrid, system
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
+from hawk.picture.orthophoto.tile_detector import TileVehicles
 from hawk.picture.orthophoto.windows import Window, WindowStalls, map_window, task_name, windows_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import (
@@ -130,6 +131,27 @@ def test_a_window_without_ground_finds_nothing(tmp_path: Path) -> None:
     found = map_window(source, window, detector())
     assert (len(found.score), len(found.suggested), bool(found.seen.any())) == (0, 0, False)
     assert WindowStalls.from_bytes(found.to_bytes()).to_bytes() == found.to_bytes()
+
+
+def with_vehicles(kind: int) -> WindowStalls:
+    none, mask = np.zeros((0, 4, 2)), np.zeros((2, 2), np.bool_)
+    corners = np.array([[(1.0, 2.0), (5.0, 2.0), (5.0, 9.0), (1.0, 9.0)]])
+    vehicles = TileVehicles(corners, np.array([0.75]), np.array([kind]))
+    return WindowStalls(Window((0, 0, 9, 9), (0, 0, 9, 9)), none, np.zeros(0), np.zeros(0), none, mask, mask, vehicles)
+
+
+def test_vehicles_of_a_window_are_kept_and_those_of_no_kind_refused() -> None:
+    found = with_vehicles(3)
+    read = WindowStalls.from_bytes(found.to_bytes()).vehicles
+    assert read is not None
+    assert (read.corners.tolist(), read.probability.tolist(), read.kind.tolist()) == (
+        found.vehicles.corners.tolist(),  # type: ignore[union-attr]
+        [0.75],
+        [3],
+    )
+    for kind in (-1, 4):
+        with pytest.raises(PictureError, match="remove it and map again"):
+            WindowStalls.from_bytes(with_vehicles(kind).to_bytes())
 
 
 @pytest.mark.parametrize("data", [b"", b"{}", b'{"format":99}', b"[1]", b"\xff"])
