@@ -1,4 +1,4 @@
-"""What a survey counted in the sections of its lot as files: one set of columns for CSV, GeoJSON and GeoPackage."""
+"""Sections of a survey with their counts as files: one set of columns for CSV, GeoJSON and GeoPackage."""
 
 from __future__ import annotations
 

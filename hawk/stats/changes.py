@@ -75,8 +75,8 @@ class SectionCounts:
 
 @dataclass(frozen=True, slots=True)
 class SectionChange:
-    """A section at two surveys; null where one did not look. `differs`: the intervals do not meet, so that the numbers
-    of vehicles differ; null where one did not look.
+    """A section at two surveys. `is_changed`: the intervals do not meet, so that the numbers of vehicles differ. What a
+    survey did not look at is null.
     """
 
     id: Id
@@ -84,7 +84,7 @@ class SectionChange:
     capacity: Count | None
     before: SectionCounts | None
     after: SectionCounts | None
-    differs: bool | None
+    is_changed: bool | None
 
 
 class Changed(Shown):

@@ -77,8 +77,8 @@ def _section_changes(connection: Connection, lot: str, before: str, after: str) 
         earlier, later = (
             None if look is None else SectionCounts(look.parked, look.least, look.most) for look in (was, now)
         )
-        differs = None if was is None or now is None else was.most < now.least or now.most < was.least
-        yield SectionChange(one.id, one.name, one.capacity, earlier, later, differs)
+        is_changed = None if was is None or now is None else was.most < now.least or now.most < was.least
+        yield SectionChange(one.id, one.name, one.capacity, earlier, later, is_changed)
 
 
 def surveys_use(

@@ -118,7 +118,7 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
         one("/surveys/{survey}/stalls", "survey_stalls", "A survey of a lot with its stalls, as its GeoJSON file",
             SURVEYS, reads.survey_stalls, shapes.SurveyStalls, content_type=GEOJSON),
         one("/surveys/{survey}/sections", "sections_seen", "Sections of a lot with what one survey saw of each",
-            SURVEYS, reads.sections_seen, lots.SectionsSeen),
+            SURVEYS, reads.sections_seen, lots.SeenSections),
         one("/surveys/{survey}/map", "survey_map", "Stalls of a survey of a lot as the page draws them", SURVEYS,
             reads.survey_on_map, shapes.SurveyMap),
         one("/statistics", "statistics", "Figures of a lot's use, as `hawk-drone stats --json` prints them",

@@ -98,7 +98,7 @@ def test_means_of_many_looks_are_no_surer_than_the_looks(ann: Person) -> None:
     assert found.high == pytest.approx(sum(most for _, most in rows) / 5)
 
 
-def test_without_places_the_number_alone_is_told(ann: Person) -> None:
+def test_without_places_there_is_the_number_alone(ann: Person) -> None:
     ann.do("draw_section", name="Yard", **ACROSS)
     found = ask(ann, sections=["Yard"], weekday="mon")
     assert (found.unit, found.places, found.occupancy.value) == ("vehicles", None, None)
@@ -139,9 +139,15 @@ def test_two_surveys_are_compared_by_section_with_both_intervals(ann: Person) ->
     (elm,) = full.sections
     assert elm.before is not None
     assert elm.after is not None
-    assert (elm.name, elm.capacity, elm.before.parked, elm.after.parked, elm.differs) == ("Elm Street", 4, 5, 0, True)
+    assert (elm.name, elm.capacity, elm.before.parked, elm.after.parked, elm.is_changed) == (
+        "Elm Street",
+        4,
+        5,
+        0,
+        True,
+    )
     (elm,) = empty.sections
-    assert elm.differs is False, "3 and 5 vehicles may be as many: the intervals meet"
+    assert elm.is_changed is False, "3 and 5 vehicles may be as many: the intervals meet"
 
 
 def test_figures_by_section_say_their_unit(ann: Person) -> None:

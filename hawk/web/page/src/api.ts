@@ -708,14 +708,14 @@ export interface RowUse {
   occupancy: Estimate;
 }
 
-/** A section at two surveys; null where one did not look. `differs`: the intervals do not meet, so that the numbers of vehicles differ; null where one did not look. */
+/** A section at two surveys. `is_changed`: the intervals do not meet, so that the numbers of vehicles differ. What a survey did not look at is null. */
 export interface SectionChange {
   id: string;
   name: string;
   capacity: number | null;
   before: SectionCounts | null;
   after: SectionCounts | null;
-  differs: boolean | null;
+  is_changed: boolean | null;
 }
 
 /** Vehicles that a survey counted in a section: `parked`, `least` to `most`. */
@@ -755,7 +755,7 @@ export interface SectionLookList {
 }
 
 /** Sections of a lot's plan by their names, with what one survey saw of each; null where it did not look. */
-export interface SectionsSeen {
+export interface SeenSections {
   survey: string;
   sections: ListedSection[];
 }

@@ -31,7 +31,7 @@ describe("what is said of a section", () => {
   it("is the interval, the room, what was hidden, and who said the places", () => {
     const section: ListedSection = { id: "e", name: "Elm", outline: [], ground: [], kind: "parallel", length_m: 44, capacity: 8, is_capacity_given: true, note: "permit", look: look(3, 8, { hidden_share: 0.12, seen_share: 0.9, source: "stalls" }) };
     assert.deepEqual(sectionLines(section), ["3 to 4, 9 times in 10.", "Room for 1 more.", "12 % is hidden. 10 % was not seen. Taken stalls are counted: no vehicles are known.", "8 places, as a person says", "along the kerb", "permit"]);
-    assert.deepEqual(sectionLines({ ...section, look: null, capacity: null, kind: "", note: "" }), ["nobody says how many places", "in any way"]);
+    assert.deepEqual(sectionLines({ ...section, look: null, capacity: null, kind: "", note: "" }), ["nobody says how many places", "in any direction"]);
   });
 });
 

@@ -1,10 +1,10 @@
 import type { Side, Spot } from "./values.ts";
 
 const LEAST_M = 0.01;
-/** A sharper corner is not mitred farther than so many widths: the store says whether the strip can be. */
+/** A sharper corner is not mitred farther than this number of widths: the store says whether the strip can be. */
 const LONGEST_MITRE = 4;
 
-/** The ring of the strip on a side of a line, as one goes along it, so many metres wide, with mitred corners. */
+/** The ring of the strip on a side of a line, as one goes along it, this number of metres wide, with mitred corners. */
 export function stripOf(line: readonly Spot[], width: number, side: Side): Spot[] {
   const course = line.filter((place, index) => index === 0 || apart(place, line[index - 1] ?? place) >= LEAST_M);
   const off = side === "right" ? width : -width;

@@ -32,7 +32,7 @@ export function sectionChanges(sections: readonly SectionChange[]): TemplateResu
   return html`<h3>${say("sections")}</h3>
     <table class="rows sections"><caption class="unseen">${say("sections")}</caption><thead><tr><th scope="col">${say("section-head")}</th><th scope="col">${say("archive-before")}</th><th scope="col">${say("archive-after")}</th><th scope="col"></th></tr></thead>
     <tbody>${sections.map(
-      ({ name, before, after, differs }) => html`<tr><th scope="row">${name}</th><td>${count(before)}</td><td>${count(after)}</td><td>${differs === null ? "" : say(differs ? "section-differs" : "section-may-be-same")}</td></tr>`,
+      ({ name, before, after, is_changed: isChanged }) => html`<tr><th scope="row">${name}</th><td>${count(before)}</td><td>${count(after)}</td><td>${isChanged === null ? "" : say(isChanged ? "section-differs" : "section-may-be-same")}</td></tr>`,
     )}</tbody></table>`;
 }
 
