@@ -41,7 +41,8 @@ def add_export_command(commands: Any) -> None:
     what = export.add_mutually_exclusive_group(required=True)
     what.add_argument(
         "--out", type=values.new(*WRITTEN), metavar="FILE",
-        help="the file to write: .csv, .geojson, .gpkg, .kmz, .png (the lot's picture), .tif (the mosaic as Cloud "
+        help="the file to write: .csv, .geojson, sections.csv, sections.geojson (what was counted in sections), .gpkg, "
+        ".kmz, .png (the lot's picture), .tif (the mosaic as Cloud "
         "Optimised GeoTIFF, with NAME-occupancy.tif and the STAC item NAME.json)",
     )  # fmt: skip
     what.add_argument(

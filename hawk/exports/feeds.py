@@ -5,6 +5,7 @@ A state is that of a look at a moment. Where the look is older than the receiver
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -18,13 +19,16 @@ from sqlalchemy import Connection
 
 from hawk.exports.formats import FEEDS, VALID_S, Span, Wanted
 from hawk.exports.records import NEWEST, read_survey, survey_of
+from hawk.exports.section_files import geometry_of
 from hawk.exports.shapes import lot_shape, stall_shape
-from hawk.exports.values import UNSEEN, ExportRecord, Observation
+from hawk.exports.values import UNSEEN, ExportRecord, Observation, SeenSection
 from hawk.lots.labels import parts_of
+from hawk.lots.plan.sections import PLACES_M
 from hawk.lots.survey.moments import has_been
 from hawk.lots.values import LotInputError, utc
 from hawk.stats.panel import read_panel
 from hawk.stats.period import period_of_lot
+from hawk.stats.section_use import read_sections
 
 _NGSI_STATES: Final = {"free": "free", "taken": "occupied"}
 _NGSI_CONTEXT: Final = (
@@ -41,6 +45,7 @@ _PARKAPI_CAPACITY: Final = {
     "disabled": "disabled", "charging": "charging", "parent": "family", "hgv": "truck", "bus": "bus",
 }  # fmt: skip
 CDS_VERSION: Final = "1.0.0"
+_CDS_ANGLES: Final = {"parallel": "parallel", "across": "perpendicular"}
 
 
 def feed_text(connection: Connection, name: str, wanted: Wanted, now: float) -> str:
@@ -49,7 +54,7 @@ def feed_text(connection: Connection, name: str, wanted: Wanted, now: float) -> 
     _check(name, wanted)
     if feed.span is Span.PERIOD:
         period = period_of_lot(connection, wanted.lot, wanted.begin, wanted.end, wanted.time_zone)
-        return str(feed.make(read_panel(connection, wanted.lot, period)))
+        return str(feed.make(read_panel(connection, wanted.lot, period), read_sections(connection, wanted.lot, period)))
     survey = read_survey(connection, survey_of(connection, wanted.lot, wanted.survey or NEWEST))
     return to_json(feed.make(valid_at(survey, now, VALID_S if wanted.valid_s is None else wanted.valid_s))).decode()
 
@@ -73,8 +78,18 @@ def valid_at(survey: ExportRecord, now: float, valid_s: float) -> ExportRecord:
     """
     if not survey.time_is_sure:
         stalls = tuple(replace(stall, state=UNSEEN, taken_probability=None, looked_at=None) for stall in survey.stalls)
-        return replace(survey, ended=min(survey.ended, now), stalls=stalls)
-    return replace(survey, stalls=tuple(_valid(stall, now, valid_s) for stall in survey.stalls))
+        sections = tuple(_valid_room(each, math.inf, valid_s) for each in survey.sections)
+        return replace(survey, ended=min(survey.ended, now), stalls=stalls, sections=sections)
+    stalls = tuple(_valid(stall, now, valid_s) for stall in survey.stalls)
+    return replace(survey, stalls=stalls, sections=tuple(_valid_room(each, now, valid_s) for each in survey.sections))
+
+
+def _valid_room(seen: SeenSection, now: float, valid_s: float) -> SeenSection:
+    """Return a section without the room in it where its look is too old."""
+    at = seen.look.observed.timestamp()
+    if now - at <= valid_s and has_been(at, now):
+        return seen
+    return replace(seen, look=seen.look.model_copy(update={"room": None}))
 
 
 def _valid(stall: Observation, now: float, valid_s: float) -> Observation:
@@ -198,6 +213,42 @@ def _cds_space(number: int, stall: Observation, zone: str, ended: int) -> dict[s
         "length": round(stall.length * 100),
         "width": round(stall.width * 100),
         **known,
+    }
+
+
+def cds_zones(survey: ExportRecord) -> dict[str, Any]:
+    """Return the sections that a survey looked at as CDS curb zones; times are milliseconds of Unix, lengths cm.
+
+    A zone has no policy: hawk knows none. Its available spaces are those that the gaps have room for.
+    """
+    ended = round(survey.ended * 1000)
+    return {
+        "version": CDS_VERSION,
+        "time_zone": survey.time_zone,
+        "last_updated": ended,
+        "currency": "USD",
+        "author": survey.software,
+        "data": {"zones": [_cds_zone(each, ended) for each in survey.sections]},
+    }
+
+
+def _cds_zone(seen: SeenSection, ended: int) -> dict[str, Any]:
+    section, look = seen.section, seen.look
+    place, at = PLACES_M.get(section.kind), round(look.observed.timestamp() * 1000)
+    is_known = place is not None and look.room is not None
+    available = {"available_space_lengths": [round((place or 0) * 100)] * (look.room or 0), "availability_time": at}
+    return {
+        "curb_zone_id": section.id,
+        "geometry": geometry_of(seen),
+        "curb_policy_ids": [],
+        "published_date": ended,
+        "last_updated_date": ended,
+        "start_date": at,
+        "name": section.name,
+        "length": round(section.length_m * 100),
+        **({} if section.capacity is None else {"num_spaces": section.capacity}),
+        **({} if section.kind == "" else {"parking_angle": _CDS_ANGLES[section.kind]}),
+        **(available if is_known else {}),
     }
 
 

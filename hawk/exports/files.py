@@ -15,12 +15,23 @@ from typing import Final
 import cv2
 from sqlalchemy import Connection
 
-from hawk.exports.formats import ARCHIVE, CONTENT_TYPES, DATABASE, PICTURE, RASTER, WRITTEN
+from hawk.exports.formats import (
+    ARCHIVE,
+    CONTENT_TYPES,
+    DATABASE,
+    PICTURE,
+    RASTER,
+    SECTIONS_MAP,
+    SECTIONS_TABLE,
+    WRITTEN,
+    kind_of,
+)
 from hawk.exports.geopackage import surveys_gpkg
 from hawk.exports.ground import Ground, ground_of, lot_picture
 from hawk.exports.kmz import survey_kmz
 from hawk.exports.rasters import write_rasters
 from hawk.exports.records import read_survey, read_surveys, survey_frame
+from hawk.exports.section_files import sections_csv, sections_geojson
 from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.exports.values import ExportRecord
 from hawk.lots.answers import SurveyGround, SurveyPlace
@@ -32,6 +43,8 @@ from hawk.runtime.files import replace_whole
 TABLES: Final[Mapping[str, Callable[[ExportRecord], bytes]]] = {
     ".csv": survey_csv,
     ".geojson": survey_geojson,
+    SECTIONS_TABLE: sections_csv,
+    SECTIONS_MAP: sections_geojson,
     DATABASE: lambda survey: surveys_gpkg([survey]),
     ".kmz": survey_kmz,
 }
@@ -92,7 +105,7 @@ def export(connection: Connection, survey_id: str, pictures: PictureFolder, path
     A file that is there is replaced as a whole, or stays. Raises as `made`, and LotStoreError where it cannot be
     written.
     """
-    suffix = path.suffix.lower()
+    suffix = kind_of(path.name)
     if suffix == RASTER:
         survey = read_survey(connection, survey_id)
         ground = shown_ground(connection, survey, pictures)

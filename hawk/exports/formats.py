@@ -19,17 +19,29 @@ ARCHIVE: Final = ".zip"
 """The files of `RASTER` in one."""
 DATABASE: Final = ".gpkg"
 """It may hold many surveys."""
+SECTIONS_TABLE: Final = ".sections.csv"
+SECTIONS_MAP: Final = ".sections.geojson"
 CONTENT_TYPES: Final[Mapping[str, str]] = {
     ".csv": "text/csv; charset=utf-8",
     ".geojson": "application/geo+json",
     DATABASE: "application/geopackage+sqlite3",
     ".kmz": "application/vnd.google-earth.kmz",
     PICTURE: "image/png",
+    SECTIONS_TABLE: "text/csv; charset=utf-8",
+    SECTIONS_MAP: "application/geo+json",
     ARCHIVE: "application/zip",
 }
 """Kinds that are one file each, with the type of their content."""
 WRITTEN: Final = (*(each for each in CONTENT_TYPES if each != ARCHIVE), RASTER)
 """Kinds that the command writes."""
+
+
+def kind_of(name: str) -> str:
+    """Return the kind of a file by its name; "sections.csv" is a table of sections as "NAME.sections.csv" is."""
+    kinds = [each for each in (*CONTENT_TYPES, RASTER) if f".{name.lower()}".endswith(each)]
+    return max(kinds, key=len, default="")
+
+
 VALID_S: Final = 3600.0
 """Age of a look up to which its state is given, seconds, where a receiver names no other."""
 
@@ -40,7 +52,7 @@ class Span(StrEnum):
     SURVEY = "survey"
     """A survey: the maker takes an `ExportRecord`, whose old states are unknown, and returns JSON values."""
     PERIOD = "period"
-    """A period: the maker takes a `Panel` of the period's surveys, and returns text."""
+    """A period: the maker takes a `Panel` and a `SectionPanel` of the period's surveys, and returns text."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +64,9 @@ class Feed:
     span: Span
     maker: str
 
-    def make(self, given: Any) -> Any:
+    def make(self, *given: Any) -> Any:
         """Return the feed of what its span says."""
-        return resolve_name(self.maker)(given)
+        return resolve_name(self.maker)(*given)
 
 
 FEEDS: Final[Mapping[str, Feed]] = {
@@ -64,6 +76,10 @@ FEEDS: Final[Mapping[str, Feed]] = {
     ),
     "cds": Feed(
         "CDS 1.0 curb spaces", "application/vnd.cds+json;version=1.0", Span.SURVEY, "hawk.exports.feeds:cds_spaces"
+    ),
+    "cds-zones": Feed(
+        "CDS 1.0 curb zones: the sections of a lot", "application/vnd.cds+json;version=1.0", Span.SURVEY,
+        "hawk.exports.feeds:cds_zones",
     ),
     "parkapi": Feed("ParkAPI", "application/json", Span.SURVEY, "hawk.exports.feeds:parkapi"),
     "cds-aggregates": Feed(

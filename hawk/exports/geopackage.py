@@ -15,6 +15,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from hawk.exports.section_files import COLUMNS, section_values
 from hawk.exports.shapes import lot_shape, stall_shapes
 from hawk.exports.text_files import about_survey
 from hawk.exports.values import ExportRecord, Observation, SeenSection
@@ -49,12 +50,6 @@ _STALL_COLUMNS: Final = {
     "stall_id": "TEXT", "lot_id": "TEXT", "survey_id": "TEXT", "label": "TEXT", "kind": "TEXT", "state": "TEXT",
     "taken_probability": "REAL", "observed": "DATETIME", "picture_count": "INTEGER", "width_m": "REAL",
     "length_m": "REAL", "direction_deg": "REAL", "confirmed": "BOOLEAN",
-}  # fmt: skip
-_SECTION_COLUMNS: Final = {
-    "section_id": "TEXT", "lot_id": "TEXT", "survey_id": "TEXT", "name": "TEXT", "kind": "TEXT", "note": "TEXT",
-    "capacity": "INTEGER", "capacity_given": "BOOLEAN", "source": "TEXT", "parked": "INTEGER", "least": "INTEGER",
-    "most": "INTEGER", "occupancy": "REAL", "room": "INTEGER", "hidden_share": "REAL", "seen_share": "REAL",
-    "observed": "DATETIME",
 }  # fmt: skip
 _LOT_COLUMNS: Final = {"lot_id": "TEXT", "name": "TEXT"}
 _SURVEY_TYPES: Final = {bool: "BOOLEAN", int: "INTEGER", float: "REAL"}
@@ -100,7 +95,7 @@ def _write(connection: sqlite3.Connection, surveys: Sequence[ExportRecord]) -> N
         rings = [[(longitude, latitude) for latitude, longitude in each.ring] for _, each in sections]
         grounds = np.array([shapely.Polygon(ring) for ring in rings], np.object_)
         values = [_section_row(*each) for each in sections]
-        _layer(connection, "sections", "POLYGON", _SECTION_COLUMNS, grounds, values, changed)
+        _layer(connection, "sections", "POLYGON", COLUMNS, grounds, values, changed)
     _table(connection, [about_survey(survey) for survey in surveys], changed)
 
 
@@ -114,12 +109,8 @@ def _row(survey: ExportRecord, stall: Observation) -> list[Any]:
 
 
 def _section_row(survey: ExportRecord, seen: SeenSection) -> list[Any]:
-    section, look = seen.section, seen.look
-    return [
-        section.id, survey.lot_id, survey.survey, section.name, section.kind, section.note, section.capacity,
-        section.is_capacity_given, look.source, look.parked, look.least, look.most, look.occupancy, look.room,
-        look.hidden_share, look.seen_share, utc(look.observed.timestamp()).replace("Z", ".000Z"),
-    ]  # fmt: skip
+    values = section_values(survey, seen)
+    return [*{**values, "observed": values["observed"].replace("Z", ".000Z")}.values()]
 
 
 def _layer(

@@ -253,7 +253,7 @@ class ListedSection(PlanSection):
     look: SectionLook | None
 
 
-class SectionsSeen(Shown):
+class SeenSections(Shown):
     """Sections of a lot's plan by their names, with what one survey saw of each; null where it did not look."""
 
     survey: Id

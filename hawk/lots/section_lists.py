@@ -7,7 +7,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Row, select, true
 
-from hawk.lots.answers import ListedSection, SectionList, SectionLook, SectionLookList, SectionsSeen
+from hawk.lots.answers import ListedSection, SectionList, SectionLook, SectionLookList, SeenSections
 from hawk.lots.lists import Asked, part_of, places_on_earth
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan.queries import in_plan, sections_of
@@ -51,7 +51,7 @@ def sections_with_looks(connection: Connection, lot: str) -> list[ListedSection]
     return [each for each in found if each.outline]
 
 
-def sections_seen(connection: Connection, lot: str, survey_id: str) -> SectionsSeen:
+def sections_seen(connection: Connection, lot: str, survey_id: str) -> SeenSections:
     """Return the sections of a lot's plan with what a survey of it saw of each, without damaged ones.
 
     Raises NotFoundError.
@@ -61,7 +61,7 @@ def sections_seen(connection: Connection, lot: str, survey_id: str) -> SectionsS
     looks = {row.section: row for row in connection.execute(_LOOKS.where(SECTION_LOOK.c.survey == survey.key[0]))}
     rows = connection.execute(select(SECTION).where(in_plan(SECTION.c, lot)).order_by(SECTION.c.name)).all()
     found = readable(lambda row: _listed(datum, row, looks.get(row.id)), rows)
-    return SectionsSeen(survey=survey_id, sections=[each for each in found if each.outline])
+    return SeenSections(survey=survey_id, sections=[each for each in found if each.outline])
 
 
 def _with_newest(connection: Connection, datum: tuple[float, float], row: Row[Any]) -> ListedSection:

@@ -14,13 +14,14 @@ from typing import Any, Final
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
 
+from hawk.lots.answers import ListedSection
 from hawk.lots.change_detection.takeover import TAKEN_OVER
 from hawk.lots.ingest import FIRST_FLIGHT
 from hawk.lots.plan.edits import CORRECTED
 from hawk.report.canvas import curve, lot_drawing
 from hawk.report.options import Form, Paper
 from hawk.report.values import Newest, Report
-from hawk.report.words import Words
+from hawk.report.words import NONE, Words
 from hawk.stats.answers import SurveyUse
 from hawk.stats.hour_use import Cell
 from hawk.stats.values import WEEKDAYS, Estimate
@@ -145,7 +146,8 @@ def _values(report: Report, words: Words, sheet: _Sheet) -> dict[str, Any]:
         "picture": _picture(newest, words, sheet), "short": _short(report, words), "is_beside": is_beside,
         "curve": curve(report, words, _BESIDE_PX if is_beside else sheet.width),
         "hatched": bool(report.empty), "always": any(part.always for part in report.rows), "most_rows": MOST_ROWS,
-        "weekdays": WEEKDAYS, "heat": _heat(report), "surveys": surveys,
+        "weekdays": WEEKDAYS, "heat": _heat(report.asked.cells, is_always=report.is_always), "surveys": surveys,
+        "section_cells": lambda each: section_cells(each, words), "section_heat": _section_heat(report),
         "sourced": any(row.source for row in surveys), "why": lambda why: why_of(why, words),
         "method": method_of(report, words),
     }  # fmt: skip
@@ -178,13 +180,35 @@ def _short(report: Report, words: Words) -> list[_Figure]:
     return [*found, _Figure(words.amount(asked.accumulation), stalls, words.amounts(asked.accumulation))]
 
 
-def _heat(report: Report) -> list[list[_Shaded]]:
-    """Return the cells of each hour, by weekday."""
+def section_cells(section: ListedSection, words: Words) -> list[str]:
+    """Return what the newest survey counted in a section: vehicles, their range, places, share, room, hidden share."""
+    look, capacity = section.look, NONE if section.capacity is None else words.count(section.capacity)
+    if look is None:
+        return [NONE, NONE, capacity, NONE, NONE, NONE]
+    share = NONE if look.occupancy is None else words.share(Estimate(look.occupancy, None, None, 1))
+    hidden = words.share(Estimate(min(look.hidden_share + 1 - look.seen_share, 1.0), None, None, 1))
+    between = words("range", low=words.count(look.least), high=words.count(look.most))
+    room = NONE if look.room is None else words.count(look.room)
+    return [words.count(look.parked), between, capacity, share, room, hidden]
+
+
+def _section_heat(report: Report) -> list[list[_Shaded]]:
+    """Return the cells of the sections that are asked: by their share, else by the largest number."""
+    use = None if report.sections is None else report.sections.use
+    if use is None:
+        return []
+    most = max((cell.accumulation.value or 0.0 for cell in use.cells), default=0.0) or 1.0
+    return _heat(use.cells, is_always=all(cell.is_asked for cell in use.cells), most=None if use.places else most)
+
+
+def _heat(cells: Sequence[Cell], *, is_always: bool, most: float | None = None) -> list[list[_Shaded]]:
+    """Return the cells of each hour, by weekday; ``most``: number that is the darkest, where shares are not known."""
     found: list[list[_Shaded]] = [[] for _ in range(24)]
-    for cell in report.asked.cells:
-        share = cell.occupancy.value
+    for cell in cells:
+        number = cell.accumulation.value
+        share = cell.occupancy.value if most is None else None if number is None else number / most
         look = "none" if share is None else f"s{min(int(share * _SHADES), _SHADES - 1)}"
-        found[cell.hour].append(_Shaded(cell, f"{look} in" if cell.is_asked and not report.is_always else look))
+        found[cell.hour].append(_Shaded(cell, f"{look} in" if cell.is_asked and not is_always else look))
     return found
 
 

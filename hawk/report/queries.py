@@ -14,17 +14,29 @@ from hawk.lots import lists
 from hawk.lots.answers import Layout
 from hawk.lots.plan.queries import in_plan
 from hawk.lots.schema import LAYOUT, STALL, SURVEY
+from hawk.lots.section_lists import sections_seen
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import LotInputError
 from hawk.report.options import Wanted
 from hawk.report.picture import newest_of
-from hawk.report.values import NOT_THERE, LayoutChange, Missing, Newest, Part, Report, StallRecord, Why
+from hawk.report.values import (
+    NOT_THERE,
+    LayoutChange,
+    Missing,
+    Newest,
+    Part,
+    Report,
+    SectionReport,
+    StallRecord,
+    Why,
+)
 from hawk.stats import queries as uses
 from hawk.stats.answers import SurveyUse
 from hawk.stats.changes import steady
 from hawk.stats.hour_use import UNSEEN_PART, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.period import period_of_lot
+from hawk.stats.section_use import read_sections, use_of_sections
 from hawk.stats.use_query import Asked
 from hawk.stats.values import WEEKDAYS, Estimate, LeftOut, Panel, groups_of, whole
 
@@ -39,6 +51,8 @@ def read_report(connection: Connection, pictures: PictureFolder, wanted: Wanted,
     """Return a report; ``now``: Unix seconds. Raises NotFoundError, LotInputError, LotStoreError."""
     period = period_of_lot(connection, wanted.lot, wanted.begin, wanted.end, wanted.time_zone)
     panel = read_panel(connection, wanted.lot, period)
+    question = wanted.asked
+    wanted = replace(wanted, asked=replace(question, sections=()))  # stalls and sections are counted apart
     asked = asked_use(panel, wanted.asked)
     listed = uses.uses_of(connection, wanted.lot, period, panel)[::-1]
     used = tuple(each for each in listed if not each.left_out)
@@ -60,8 +74,20 @@ def read_report(connection: Connection, pictures: PictureFolder, wanted: Wanted,
         whole=total, rows=rows, zones=_parts(panel, wanted.asked, "zone"),
         kinds=_parts(panel, wanted.asked, "kind"), surveys=used, flown=flown,
         missing=tuple(sorted(missing, key=lambda each: each.at)), layouts=layouts,
+        sections=_sections(connection, wanted.lot, period, question),
         stalls=_stalls(connection, wanted.lot, panel, period), states_at=panel.local_times[-MOST_STATES:],
     )  # fmt: skip
+
+
+def _sections(connection: Connection, lot: str, period: Period, asked: Asked) -> SectionReport | None:
+    """Return the sections with the counts of the newest survey that saw one. Raises LotInputError."""
+    panel = read_sections(connection, lot, period)
+    use = use_of_sections(panel, asked) if asked.sections else None
+    if not panel.surveys:
+        return None
+    seen = sections_seen(connection, lot, panel.surveys[-1].id).sections
+    shown = tuple(each for each in seen if not asked.sections or each.name in asked.sections)
+    return SectionReport(panel.local_times[-1], shown, use)
 
 
 def _days(

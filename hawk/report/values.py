@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from datetime import date, datetime, timedelta
 from typing import Final, Literal
 
+from hawk.lots.answers import ListedSection
 from hawk.stats.answers import SurveyUse
 from hawk.stats.hour_use import AskedUse, SurveyShare
 from hawk.stats.values import WEEKDAYS, Estimate
@@ -126,13 +127,24 @@ class StallRecord:
 
 
 @dataclass(frozen=True, slots=True)
+class SectionReport:
+    """Sections that are asked, or all, with what the newest survey that saw one counted at ``at``; ``use``: of those
+    that are asked over the period, None where none are.
+    """
+
+    at: datetime
+    sections: tuple[ListedSection, ...] = field(repr=False)
+    use: AskedUse | None = field(repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Report:
     """A report. Times are on the clock ``clock``; ``first`` to ``last``: days of the period, None without a survey.
 
     ``asked``: the question with its answer; ``whole``: all that is asked as one part. ``surveys``: those of the period,
     the oldest first, that figures use; ``flown``: days with a survey, whatever became of it. ``states_at``: moments of
     the columns of the stalls' states. ``unreadable``: surveys and versions of the layout that are damaged on the disk,
-    and left out of the lists.
+    and left out of the lists. ``sections``: None where no survey of the period saw one.
     """
 
     lot: str
@@ -152,6 +164,7 @@ class Report:
     flown: frozenset[date] = field(repr=False)
     missing: tuple[Missing, ...] = field(repr=False)
     layouts: tuple[LayoutChange, ...] = field(repr=False)
+    sections: SectionReport | None = field(repr=False)
     stalls: tuple[StallRecord, ...] = field(repr=False)
     states_at: tuple[datetime, ...] = field(repr=False)
 

@@ -91,6 +91,16 @@ class Words:
             return NONE
         return self("range", low=self.count(round(found.low)), high=self.count(round(found.high)))
 
+    def mean(self, number: float | None) -> str:
+        """Return a mean number of vehicles, with a decimal."""
+        return NONE if number is None else str(format_decimal(round(number, 1), "#,##0.0", self.locale))
+
+    def means(self, found: Estimate) -> str:
+        """Return the ends of the interval of a mean number."""
+        if found.low is None or found.high is None:
+            return NONE
+        return self("range", low=self.mean(found.low), high=self.mean(found.high))
+
     # -- times ----------------------------------------------------------------------------------------------------
 
     def moment(self, at: datetime, *, with_year: bool = False) -> str:

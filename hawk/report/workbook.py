@@ -16,6 +16,7 @@ from typing import Any, Final, Literal
 import xlsxwriter
 from pydantic_core import to_json
 
+from hawk.lots.answers import ListedSection
 from hawk.report.document import labels_of, method_of, source_of, why_of
 from hawk.report.options import Language
 from hawk.report.queries import MOST_STATES
@@ -34,6 +35,7 @@ _SECONDS_A_DAY: Final = 86_400
 _EPOCH: Final = datetime(1899, 12, 30)  # noqa: DTZ001 - a workbook's times are those of a wall
 _STATES: Final = {FREE: "free", TAKEN: "taken", UNSEEN: "unseen", NOT_THERE: "none"}
 _WIDE, _NARROW, _ID = 34, 13, 38
+_LONGEST_NAME: Final = 31
 Cell = tuple[Kind, str | float] | str | float | None
 """A cell: a kind with its value, a text, or a number of its column's kind; None: empty."""
 
@@ -60,7 +62,7 @@ def sheets(report: Report, language: Language) -> bytes:
     """Return the sheets of a report as JSON, for `written`."""
     words = Words(language)
     made = (_summary(report, words), _rows(report, words), _hours(report, words), _surveys(report, words),
-            _stalls(report, words), _method(report, words))  # fmt: skip
+            *_sections(report, words), _stalls(report, words), _method(report, words))  # fmt: skip
     title = f"{report.name}, {words('kind-of-document')}"
     return to_json({"title": title, "author": words("author", program="hawk-drone"), "sheets": made})
 
@@ -189,6 +191,49 @@ def _surveys(report: Report, words: Words) -> Sheet:
         [_of_moment(each.at), *[None] * 9, words(f"why-{each.why}")] for each in report.missing
     ]
     return Sheet(words("surveys"), columns, [*rows, *missing])
+
+
+def _sections(report: Report, words: Words) -> Iterable[Sheet]:
+    """Yield what was counted in sections, and their hours where they are asked."""
+    found = report.sections
+    if found is None:
+        return
+    heads = ("vehicles", "low", "high", "section-places")
+    columns = (
+        Column(words("section"), width=_WIDE), *(Column(words(name), "count") for name in heads),
+        Column(words("section-given")), Column(words("section-occupancy"), "share"),
+        Column(words("section-room"), "count"), Column(words("section-hidden"), "share"),
+        Column(words("section-note"), width=_WIDE), Column(words("survey"), "moment", 18),
+        Column(words("id"), width=_ID),
+    )  # fmt: skip
+    yield Sheet(words("sections"), columns, [_section(each, found.at, words) for each in found.sections])
+    if found.use is None:
+        return
+    columns = (
+        Column(words("weekday")), Column(words("hour"), "count"), Column(words("is-asked")),
+        Column(words("days-head"), "count"), Column(words("section-occupancy"), "share"), Column(words("low"), "share"),
+        Column(words("high"), "share"), Column(words("vehicles"), "number"), Column(words("low"), "number"),
+        Column(words("high"), "number"), Column(words("count-surveys"), "count"),
+    )  # fmt: skip
+    rows: list[list[Cell]] = [
+        [
+            words.weekday(cell.weekday), cell.hour, words("yes") if cell.is_asked else None, cell.days,
+            *_ranged(cell.occupancy), *_ranged(cell.accumulation), cell.accumulation.surveys,
+        ]
+        for cell in found.use.cells
+    ]  # fmt: skip
+    yield Sheet(f"{words('sections')}, {words('heat-map').lower()}"[:_LONGEST_NAME], columns, rows)
+
+
+def _section(section: ListedSection, at: datetime, words: Words) -> list[Cell]:
+    look, given = section.look, words("yes") if section.is_capacity_given else None
+    if look is None:
+        return [section.name, None, None, None, section.capacity, given, None, None, None, section.note]
+    hidden = min(look.hidden_share + 1 - look.seen_share, 1.0)
+    return [
+        section.name, look.parked, look.least, look.most, section.capacity, given, look.occupancy, look.room, hidden,
+        section.note, _of_moment(at), section.id,
+    ]  # fmt: skip
 
 
 def _stalls(report: Report, words: Words) -> Sheet:

@@ -15,6 +15,7 @@ import numpy as np
 
 from hawk.stats.figures import by_hour
 from hawk.stats.hours import Hours
+from hawk.stats.section_use import SectionPanel
 from hawk.stats.values import Panel
 
 FIELDS: Final = ("curb_place_type", "curb_place_id", "metric_type", "date", "hour", "value")
@@ -24,19 +25,20 @@ NOT_FLOWN: Final = -1
 """The specification's value for an hour without a source."""
 
 
-def cds_aggregates(panel: Panel) -> str:
-    """Return a table (CSV) of the lot as a curb zone: a line for each hour of each day, from the first day with a
-    survey to the last one, on the panel's clock. The value is the mean share that was taken (0..1).
+def cds_aggregates(panel: Panel, sections: SectionPanel | None = None) -> str:
+    """Return a table (CSV) of the lot, and of each section with places, as a curb zone: a line for each hour of each
+    day, from the first day with a survey to the last one, on the panel's clock. The value is the mean share that was
+    taken, of a section vehicles ÷ places: above 1 where more are parked.
     """
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
     table.writerow(FIELDS)
-    hours = by_hour(panel)
-    shares = _shares(hours)
-    for day in _days(hours.day):
-        for hour in range(24):
-            value = shares.get((day, hour), NOT_FLOWN)
-            table.writerow(("zone", panel.lot, METRIC, day.isoformat(), hour, value))
+    of_sections = () if sections is None else sections.shares_by_hour()
+    for zone, shares in ((panel.lot, _shares(by_hour(panel))), *of_sections):
+        for day in _days(tuple(day for day, _ in shares)):
+            for hour in range(24):
+                value = shares.get((day, hour), NOT_FLOWN)
+                table.writerow(("zone", zone, METRIC, day.isoformat(), hour, value))
     return text.getvalue()
 
 

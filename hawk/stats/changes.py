@@ -64,6 +64,29 @@ class StallLabel:
     label: str
 
 
+@dataclass(frozen=True, slots=True)
+class SectionCounts:
+    """Vehicles that a survey counted in a section: `parked`, `least` to `most`."""
+
+    parked: Count
+    least: Count
+    most: Count
+
+
+@dataclass(frozen=True, slots=True)
+class SectionChange:
+    """A section at two surveys. `is_changed`: the intervals do not meet, so that the numbers of vehicles differ. What a
+    survey did not look at is null.
+    """
+
+    id: Id
+    name: str
+    capacity: Count | None
+    before: SectionCounts | None
+    after: SectionCounts | None
+    is_changed: bool | None
+
+
 class Changed(Shown):
     """Changes between two surveys. `compared`: stalls that both saw; `unknown`: those that one of them did not. `free`:
     by how many more of those compared are free. `came` and `left`: stalls that are taken, free now. `matched`: stalls
@@ -79,6 +102,9 @@ class Changed(Shown):
     matched: Count
     begin: tuple[StallLabel, ...]
     gone: tuple[StallLabel, ...]
+    sections: Annotated[
+        tuple[SectionChange, ...], Field(description="vehicles in the sections of the present plan; no stalls")
+    ] = ()
 
 
 def changes_between(panel: Panel, before: int, after: int) -> Changed:

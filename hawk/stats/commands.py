@@ -1,4 +1,4 @@
-"""The command ``hawk-drone stats``: figures of a lot's use, from the states of its stalls."""
+"""The command ``hawk-drone stats``: figures of a lot's use, of its stalls and its sections."""
 
 from __future__ import annotations
 
@@ -36,6 +36,7 @@ else:
     serialize = late("hawk.stats.serialize")
 
 COMMAND: Final = "stats"
+_PARTS: Final = ("row", "zone", "kind", "section")
 A = TypeVar("A", bound=BaseModel)
 
 
@@ -47,7 +48,7 @@ def add_stats_command(commands: Any) -> None:
     parser.add_argument("lot", type=values.some, metavar="LOT", help="name or id of the lot")
     add_period(parser)
     parser.add_argument(
-        "--by", choices=PARTITIONS, help="parts to print: hours of the day, or rows, zones, kinds of stalls"
+        "--by", choices=PARTITIONS, help="parts to print: hours of the day, rows, zones, kinds of stalls, or sections"
     )
     add_question(parser)
     form = parser.add_mutually_exclusive_group()
@@ -74,14 +75,14 @@ def add_question(parser: argparse.ArgumentParser) -> None:
     )
     asked.add_argument("--weekday", type=values.some, metavar="DAYS", help="days, as mon-fri, sat or mon,wed (all)")
     asked.add_argument("--hour", type=values.some, metavar="HOURS", help="hours, as 7-11, 8 or 7-9,16-18 (all)")
-    for name in ("row", "zone", "kind"):
+    for name in _PARTS:
         asked.add_argument(
             f"--{name}", type=values.some, action="append", metavar="NAME",
             help=f"{name}, as stats --by {name} names it; again for another one (all)",
         )  # fmt: skip
 
 
-_ASKED: Final = ("weekday", "hour", "row", "zone", "kind")
+_ASKED: Final = ("weekday", "hour", *_PARTS)
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -95,7 +96,7 @@ def _run(options: argparse.Namespace) -> int:
 def asked_of(options: argparse.Namespace) -> Asked:
     """Return the question of the options, once the period was found good. Raises LotInputError."""
     period.period_of(options.begin, options.end, options.time_zone or "UTC")  # wrong whatever the store holds
-    parts = (getattr(options, name) or () for name in ("row", "zone", "kind"))
+    parts = (getattr(options, name) or () for name in _PARTS)
     return use_query.asked_of(options.weekday, options.hour, *parts)
 
 

@@ -31,6 +31,7 @@ from hawk.stats.values import (
     LeftOut,
     Local,
     Panel,
+    Unit,
     Weekday,
     groups_of,
     whole,
@@ -54,12 +55,14 @@ class Peak:
 class Use:
     """Use of a part of the lot, or of all of it, over the surveyed hours of a period.
 
+    `unit`: a section counts vehicles and has no turnover; `capacity`: its places, null where nobody said them.
+
     `occupancy`: mean share of taken stalls, of hours that count alike; `load_space_hours`: those taken; `accumulation`:
     mean number of taken stalls, the load by the hours; `above`: shares of the surveyed hours at or above an occupancy.
     """
 
     name: str
-    capacity: Count
+    capacity: Count | None
     surveys: Count
     hours: Count
     occupancy: Estimate
@@ -70,6 +73,7 @@ class Use:
     never_taken: Steady
     always_taken: Steady
     turnover: Turnover
+    unit: Unit = "stalls"
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,6 +32,7 @@ from hawk.stats.values import (
     LeftOut,
     Local,
     Panel,
+    Unit,
     Weekday,
     groups_of,
     whole,
@@ -40,7 +41,7 @@ from hawk.stats.values import (
 UNSEEN_PART: Final = "it saw no stall of what is asked"
 _PART: Final = 1
 """Number of the group that is asked: behind the whole lot, by which the movement of all groups is known."""
-_MOST_NAMED: Final = 30
+MOST_NAMED: Final = 30
 """Names of a refusal."""
 
 
@@ -48,7 +49,8 @@ _MOST_NAMED: Final = 30
 class Cell:
     """Mean over the dates with a survey in an hour of a weekday; null where nobody flew. `is_asked`: of the question.
 
-    `days`: dates; where a clock shows an hour twice on one, both count in the mean.
+    `days`: dates; where a clock shows an hour twice on one, both count in the mean. `accumulation`: the mean number of
+    what is taken, which a section without places has alone.
     """
 
     weekday: Weekday
@@ -56,6 +58,7 @@ class Cell:
     is_asked: bool
     days: Count
     occupancy: Estimate
+    accumulation: Estimate
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +77,14 @@ class SurveyShare:
     survey: Id
     at: Local
     occupancy: Estimate
+    accumulation: Estimate
 
 
 class AskedUse(Shown):
     """Use of what is `asked`, over the surveyed hours that are asked, which count alike.
+
+    `unit`: what is counted. Of sections `occupancy` is vehicles of their `places`, above 1 where more are parked, and
+    null where nobody said how many places there are: `accumulation` is the mean number of vehicles.
 
     `stalls`: of the newest survey's layout; `days`: dates, `hours`: surveyed hours that are behind `occupancy`, the
     mean share that was taken, and `accumulation`, the mean number of taken stalls. `cells`: every hour of the week, by
@@ -90,7 +97,9 @@ class AskedUse(Shown):
     clock: str
     interval: Share
     asked: Asked
+    unit: Unit
     stalls: Count
+    places: Count | None
     days: Count
     hours: Count
     occupancy: Estimate
@@ -108,7 +117,7 @@ def asked_use(panel: Panel, asked: Asked) -> AskedUse:
     part, others = _groups(panel, asked)
     groups = [*whole(panel), part, *others]
     hours, _ = flown(panel, groups)
-    is_hour = _is_asked(asked, [day.weekday() for day in hours.day], hours.hour)
+    is_hour = is_asked(asked, [day.weekday() for day in hours.day], hours.hour)
     occupancy, number = hours.over(is_hour), hours.known(is_hour)
     cells = _cells(hours, asked)
     flown_cells = [cell for cell in cells if cell.is_asked and cell.days]
@@ -116,7 +125,7 @@ def asked_use(panel: Panel, asked: Asked) -> AskedUse:
     surveys, unseen = _surveys(panel, part, asked)
     return AskedUse(
         lot=panel.lot, name=panel.name, clock=panel.clock_name, interval=LEVEL, asked=asked,
-        stalls=int((newest & part.members).sum()),
+        unit="stalls", stalls=int((newest & part.members).sum()), places=None,
         days=len({hours.day[k] for k in np.flatnonzero(number[:, _PART]).tolist()}), hours=int(number[:, _PART].sum()),
         occupancy=occupancy[_PART],
         accumulation=hours.load(is_hour)[_PART].times(1 / max(int(number[:, _PART].sum()), 1)),
@@ -147,13 +156,14 @@ def _any_of(panel: Panel, by: Partition, names: Sequence[str]) -> Bools:
     known = {group.name: group.members for group in groups_of(panel, by)} if names else {}
     for name in names:
         if name not in known:
-            there = ", ".join([*known][:_MOST_NAMED]) + ", …" * (len(known) > _MOST_NAMED)
+            there = ", ".join([*known][:MOST_NAMED]) + ", …" * (len(known) > MOST_NAMED)
             raise LotInputError(by, f"the lot has none that is called {name!r}; there is {there or 'no stall'}")
         members |= known[name]
     return members
 
 
-def _is_asked(asked: Asked, weekdays: Sequence[int], hours: Sequence[int]) -> Bools:
+def is_asked(asked: Asked, weekdays: Sequence[int], hours: Sequence[int]) -> Bools:
+    """Return which of some weekdays, 0 for Monday, with their hours are asked."""
     days = {WEEKDAYS.index(day) for day in asked.weekdays}
     return np.array([day in days and hour in asked.hours for day, hour in zip(weekdays, hours, strict=True)], np.bool_)
 
@@ -164,14 +174,17 @@ def _cells(hours: Hours, asked: Asked) -> tuple[Cell, ...]:
     number = np.array([day.weekday() * 24 + hour for day, hour in zip(hours.day, hours.hour, strict=True)], np.int64)
     flown_numbers = sorted(set(number[known].tolist()))
     is_it = (number[:, None] == np.array(flown_numbers, np.int64)) & known[:, None]
-    means = dict(zip(flown_numbers, sums(hours, is_it / np.maximum(is_it.sum(axis=0), 1), group=_PART), strict=True))
+    weights = is_it / np.maximum(is_it.sum(axis=0), 1)
+    stalls = weights * hours.capacity[:, _PART : _PART + 1]
+    shares, amounts = sums(hours, weights, group=_PART), sums(hours, stalls, high=stalls.sum(axis=0), group=_PART)
+    means = dict(zip(flown_numbers, zip(shares, amounts, strict=True), strict=True))
     dates: dict[int, set[object]] = {}
     for k in np.flatnonzero(known).tolist():
         dates.setdefault(int(number[k]), set()).add(hours.day[k])
     return tuple(
         Cell(
             day, hour, day in asked.weekdays and hour in asked.hours, len(dates.get(24 * n + hour, ())),
-            means.get(24 * n + hour, NOTHING),
+            *means.get(24 * n + hour, (NOTHING, NOTHING)),
         )
         for n, day in enumerate(WEEKDAYS)
         for hour in range(24)
@@ -185,11 +198,12 @@ def _share(cell: Cell) -> float:
 def _surveys(panel: Panel, part: Group, asked: Asked) -> tuple[tuple[SurveyShare, ...], tuple[LeftOut, ...]]:
     """Return the surveys of the hours that are asked with the share of a part, and those that saw nothing of it."""
     at = panel.local_times
-    is_asked = _is_asked(asked, [each.weekday() for each in at], [each.hour for each in at])
-    shares = count(panel, (part,)).shares()
-    chosen = np.flatnonzero(is_asked).tolist()
+    is_one = is_asked(asked, [each.weekday() for each in at], [each.hour for each in at])
+    counted = count(panel, (part,))
+    shares, stalls = counted.shares(), counted.capacity[:, 0].tolist()
+    chosen = np.flatnonzero(is_one).tolist()
     found = tuple(
-        SurveyShare(panel.surveys[k].id, at[k].isoformat(timespec="minutes"), shares[k])
+        SurveyShare(panel.surveys[k].id, at[k].isoformat(timespec="minutes"), shares[k], shares[k].times(stalls[k]))
         for k in chosen
         if shares[k].surveys
     )
@@ -202,9 +216,9 @@ def _surveys(panel: Panel, part: Group, asked: Asked) -> tuple[tuple[SurveyShare
 def _left_out(panel: Panel, asked: Asked) -> tuple[LeftOut, ...]:
     """Return the surveys without figures whose hour is asked, or not sure."""
     at = [each.ended.astimezone(panel.clock) for each in panel.left_out]
-    is_asked = _is_asked(asked, [each.weekday() for each in at], [each.hour for each in at])
+    is_one = is_asked(asked, [each.weekday() for each in at], [each.hour for each in at])
     return tuple(
         each
-        for each, is_of in zip(panel.left_out, is_asked.tolist(), strict=True)
+        for each, is_of in zip(panel.left_out, is_one.tolist(), strict=True)
         if is_of or each.why in (NO_TIME, NOT_YET)
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final, Literal, get_args
 
-Partition = Literal["hour", "row", "zone", "kind"]
-"""Partition of a lot: by hours of the day, or by its stalls."""
+Partition = Literal["hour", "row", "zone", "kind", "section"]
+"""Partition of a lot: by hours of the day, by its stalls, or by its sections."""
 PARTITIONS: Final[tuple[Partition, ...]] = get_args(Partition)
 """Values of ``by``."""

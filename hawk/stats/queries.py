@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, Final
 
 import numpy as np
@@ -10,18 +10,20 @@ from sqlalchemy import ColumnElement, Connection, RowMapping, func, select, tupl
 
 from hawk.lots.rows import readable
 from hawk.lots.schema import LOOKS, SURVEY
+from hawk.lots.section_lists import sections_seen
 from hawk.lots.survey.counts import counts_of, found_by
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
 from hawk.stats.answers import NextSurvey, StallsUse, SurveysUse, SurveyUse
-from hawk.stats.changes import Changed, changes_between
+from hawk.stats.changes import Changed, SectionChange, SectionCounts, changes_between
 from hawk.stats.counts import count
 from hawk.stats.figures import Figures, figures
 from hawk.stats.hour_use import AskedUse, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
 from hawk.stats.partition import Partition
 from hawk.stats.period import period_of_lot
+from hawk.stats.section_use import read_sections, section_uses, use_of_sections
 from hawk.stats.use_query import Asked
 from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, Panel, whole
 
@@ -33,7 +35,10 @@ def statistics(connection: Connection, lot: str, period: Period, by: Partition |
 
     Raises NotFoundError, LotStoreError.
     """
-    return figures(read_panel(connection, lot, period), by)
+    found = figures(read_panel(connection, lot, period), by)
+    if by != "section":
+        return found
+    return found.model_copy(update={"parts": section_uses(read_sections(connection, lot, period))})
 
 
 def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> AskedUse:
@@ -41,6 +46,8 @@ def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> Asked
 
     Raises LotInputError for a part that the lot has not; NotFoundError, LotStoreError.
     """
+    if asked.sections:
+        return use_of_sections(read_sections(connection, lot, period), asked)
     return asked_use(read_panel(connection, lot, period), asked)
 
 
@@ -56,7 +63,22 @@ def changes(connection: Connection, lot: str, before: str, after: str) -> Change
         if survey not in numbers:
             words = reasons.get(survey, "is no survey of this lot: name another one")
             raise LotInputError(field, words)
-    return changes_between(panel, numbers[before], numbers[after])
+    found = changes_between(panel, numbers[before], numbers[after])
+    return found.model_copy(update={"sections": tuple(_section_changes(connection, lot, before, after))})
+
+
+def _section_changes(connection: Connection, lot: str, before: str, after: str) -> Iterator[SectionChange]:
+    """Yield the sections that one of two surveys of a lot looked at."""
+    first, then = (sections_seen(connection, lot, each).sections for each in (before, after))
+    for one, other in zip(first, then, strict=True):
+        was, now = one.look, other.look
+        if was is None and now is None:
+            continue
+        earlier, later = (
+            None if look is None else SectionCounts(look.parked, look.least, look.most) for look in (was, now)
+        )
+        is_changed = None if was is None or now is None else was.most < now.least or now.most < was.least
+        yield SectionChange(one.id, one.name, one.capacity, earlier, later, is_changed)
 
 
 def surveys_use(

@@ -37,7 +37,8 @@ def asked_csv(found: AskedUse) -> str:
     """Return the cells that are asked as CSV, a line a weekday and hour, as `figures_csv`."""
     about = {"lot": found.name, "lot_id": found.lot, "clock": found.clock, "interval": found.interval}
     about |= {"surveys_asked": found.occupancy.surveys, "surveys_left_out": len(found.left_out)}
-    asked = {name: ", ".join(map(str, getattr(found.asked, name))) for name in ("rows", "zones", "kinds")}
+    asked = {name: ", ".join(map(str, getattr(found.asked, name))) for name in ("rows", "zones", "kinds", "sections")}
+    asked["unit"] = found.unit
     cells = [each for each in found.model_dump(mode="json")["cells"] if each.pop("is_asked")]
     return _csv(cells, about | asked)
 
@@ -68,6 +69,8 @@ def _cell(cell: object) -> object:
 def figures_text(found: Figures) -> str:
     """Return the figures as text for a terminal; intervals stand behind each figure."""
     lines = [f"{found.name}: {_counted(found.surveys, 'survey')}, times by {found.clock}", *_left_out(found.left_out)]
+    if found.by == "section":
+        return "\n".join([*lines, *_section_lines(found)])
     if found.whole is None or found.first is None or found.last is None:
         return "\n".join([*lines, "No survey of this period can be used: choose another one by --from and --to"])
     first, last = (each[:16].replace("T", " ") for each in (found.first, found.last))
@@ -95,6 +98,18 @@ def figures_text(found: Figures) -> str:
     return "\n".join(lines)
 
 
+def _section_lines(found: Figures) -> Iterable[str]:
+    if not found.parts:
+        return ["No survey of this period saw a section"]
+    rows = [
+        (use.name, NONE if use.capacity is None else use.capacity, use.surveys, share(use.occupancy),
+         number(use.accumulation), NONE if use.peak is None else use.peak.begin.replace("T", " "))
+        for use in found.parts
+    ]  # fmt: skip
+    names = ("section", "places", "surveys", "occupancy", "vehicles", "peak")
+    return ["vehicles counted, and their share of the places", *_table(names, rows)]
+
+
 def _left_out(surveys: Iterable[LeftOut]) -> Iterable[str]:
     return (f"  left out: survey {each.survey} of {each.ended:%Y-%m-%dT%H:%M:%SZ}: {each.why}" for each in surveys)
 
@@ -105,22 +120,19 @@ def asked_text(found: AskedUse) -> str:
     when = f"on {_weekdays(asked.weekdays)}, {_hours(asked.hours) if len(asked.hours) < 24 else 'at any hour'}"
     lines = [f"{found.name}, {part}: nobody flew {when}, or every survey was left out"]
     if found.fullest is not None and found.emptiest is not None:
-        lines[0] = (
-            f"{found.name}, {part}: {when}, {share(found.occupancy)} is taken, "
-            f"{amount(found.accumulation)} of {_counted(found.stalls, 'stall')}"
-        )
+        lines[0] = f"{found.name}, {part}: {when}, {_answer(found)}"
         lines += [
-            f"  from {_counted(found.occupancy.surveys, 'survey')} in {_counted(found.hours, 'hour')} of "
+            f"  from {_counted(found.accumulation.surveys, 'survey')} in {_counted(found.hours, 'hour')} of "
             f"{_counted(found.days, 'day')}, times by {found.clock}; {found.interval:.0%} intervals",
-            f"  fullest: {_moment(found.fullest)}, {share(found.fullest.occupancy)}; "
-            f"emptiest: {_moment(found.emptiest)}, {share(found.emptiest.occupancy)}",
+            f"  fullest: {_moment(found.fullest)}, {_taken(found.fullest)}; "
+            f"emptiest: {_moment(found.emptiest)}, {_taken(found.emptiest)}",
         ]
     cells = [cell for cell in found.cells if cell.is_asked]
     without = [hour for hour in asked.hours if not any(cell.days for cell in cells if cell.hour == hour)]
     if lines[1:] and without and len(asked.hours) < 24:
         lines.append(f"  nobody flew {_hours(without)}")
     lines += _left_out(found.left_out)
-    rows = [(_moment(cell), cell.days, cell.occupancy.surveys, share(cell.occupancy)) for cell in cells if cell.days]
+    rows = [(_moment(cell), cell.days, cell.accumulation.surveys, _taken(cell)) for cell in cells if cell.days]
     if rows:
         lines += ["", *_table(("when", "days", "surveys", "taken"), rows)]
     if found.others:
@@ -132,13 +144,27 @@ def asked_text(found: AskedUse) -> str:
     return "\n".join(lines)
 
 
+def _answer(found: AskedUse) -> str:
+    """Return how much of what is asked is taken, with its unit."""
+    if found.unit == "vehicles":
+        return f"{number(found.accumulation)} vehicles are parked; nobody said how many places there are"
+    if found.unit == "places":
+        places = _counted(found.places or 0, "place")
+        return f"{share(found.occupancy)} of the places: {number(found.accumulation)} vehicles, {places}"
+    return f"{share(found.occupancy)} is taken, {amount(found.accumulation)} of {_counted(found.stalls, 'stall')}"
+
+
+def _taken(cell: Cell) -> str:
+    return number(cell.accumulation) if cell.occupancy.value is None else share(cell.occupancy)
+
+
 def _moment(cell: Cell) -> str:
     return f"{cell.weekday} {cell.hour}:00"
 
 
 def _part(asked: Asked) -> str:
     """Return the parts that are asked in words."""
-    named = ((asked.rows, "row"), (asked.zones, "zone"), (asked.kinds, "kind"))
+    named = ((asked.rows, "row"), (asked.zones, "zone"), (asked.kinds, "kind"), (asked.sections, "section"))
     shown = [f"{name}{'s' * (len(each) > 1)} {' and '.join(each)}" for each, name in named if each]
     return ", ".join(shown) or "all stalls"
 
@@ -201,6 +227,13 @@ def amount(found: Estimate) -> str:
     if found.value is None or found.low is None or found.high is None:
         return NONE
     return f"{found.value:.0f} ({found.low:.0f} to {found.high:.0f})"
+
+
+def number(found: Estimate) -> str:
+    """Return a mean number of vehicles with its interval."""
+    if found.value is None or found.low is None or found.high is None:
+        return NONE
+    return f"{found.value:.1f} ({found.low:.1f} to {found.high:.1f})"
 
 
 def bracket(found: Bracket, digits: int = 0, unit: str = "") -> str:

@@ -55,6 +55,8 @@ class Turnover:
 
 
 _UNKNOWN: Final = Bracket(None, None)
+NO_TURNOVER: Final = Turnover(0.0, 0, 0, _UNKNOWN, _UNKNOWN, _UNKNOWN)
+"""Turnover of what no pair of surveys is behind."""
 
 
 def turnover(moves: Moves, longest_h: float | None) -> list[Turnover]:
@@ -84,7 +86,7 @@ def _turnover(
     hours: float, pairs: int, is_open: int, low: float, high: float, stall_hours: float, taken_hours: float
 ) -> Turnover:
     if not pairs:
-        return Turnover(0.0, 0, 0, _UNKNOWN, _UNKNOWN, _UNKNOWN)
+        return NO_TURNOVER
     top = high if math.isfinite(high) else None
     per_stall = Bracket(low / stall_hours, None if top is None else top / stall_hours)
     stay = Bracket(taken_hours / top if top else None, taken_hours / low if low > 0 else None)

@@ -20,7 +20,8 @@ DayHour = Annotated[int, Field(ge=0, le=23)]
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``; none named: all.
+    """Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``, or ``sections``; none named:
+    all stalls.
 
     ``hours``: those of the lot's clock that begin then, as 7 for 7:00 to 8:00.
     """
@@ -30,11 +31,12 @@ class Asked:
     rows: tuple[str, ...] = ()
     zones: tuple[str, ...] = ()
     kinds: tuple[str, ...] = ()
+    sections: tuple[str, ...] = ()
 
 
 def asked_of(
     weekday: str | None = None, hour: str | None = None, rows: Sequence[str] = (), zones: Sequence[str] = (),
-    kinds: Sequence[str] = (),
+    kinds: Sequence[str] = (), sections: Sequence[str] = (),
 ) -> Asked:  # fmt: skip
     """Return a question from text: days as "mon-fri" or "sat,sun", hours as "7-11", whose end is not asked.
 
@@ -42,7 +44,9 @@ def asked_of(
     """
     weekdays = WEEKDAYS if weekday is None else tuple(WEEKDAYS[number] for number in _weekdays(weekday))
     hours = range(24) if hour is None else _hours(hour)
-    parts = (tuple(dict.fromkeys(each)) for each in (rows, zones, kinds))
+    if sections and (rows or zones or kinds):
+        raise LotInputError("section", "counts vehicles; rows, zones and kinds are of stalls: ask for one or the other")
+    parts = (tuple(dict.fromkeys(each)) for each in (rows, zones, kinds, sections))
     return Asked(weekdays, tuple(hours), *parts)
 
 

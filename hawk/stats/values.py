@@ -37,6 +37,9 @@ TAKEN: Final = 1
 UNSEEN: Final = -1
 """States of a look; the last one is also that of a stall that was looked at without certainty."""
 Shape = tuple[float, float, float, float, float]
+Unit = Literal["stalls", "places", "vehicles"]
+"""Unit of a figure: taken stalls of all stalls; vehicles of the places of sections; vehicles of sections whose
+places nobody said."""
 Weekday = Literal["Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday"]
 WEEKDAYS: Final[tuple[Weekday, ...]] = get_args(Weekday)
 Local = Annotated[str, Field(description="moment on the lot's clock, with its offset")]

@@ -7,7 +7,6 @@ import os
 import re
 import sys
 from collections.abc import AsyncIterator
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,22 +17,21 @@ from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import pictures_of
-from hawk.lots.values import FinishedSurvey
 from tests.e2e.hands import new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, done
 from tests.e2e.watching import watch
 from tests.pace import PATIENCE_S
-from tests.unit.lots.survey.test_section_looks import with_cars
-from tests.unit.lots.surveys import later, survey
 from tests.unit.lots.test_training_set import mosaic
 from tests.unit.stats.test_panel import register
+from tests.unit.stats.test_section_use import MONDAY, flown_at
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 PARKED = ((3.0, 20.0, 30.0), (3.0, 9.0, 20.0, 30.0, 38.0), (9.0, 30.0))
-"""Where vehicles stand along the kerb, metres east, in three surveys, a day apart."""
+"""Places of vehicles along the kerb, metres east, in three surveys, a day apart."""
 KERB = ((12.0, 0.0), (12.0, 44.0))
+DESK = {"width": 1440, "height": 900}
 PHONE = {"width": 390, "height": 844}
 ON_SCREEN = """([north, east]) => {
     const { left, top } = document.querySelector('hawk-survey-map .ol').getBoundingClientRect();
@@ -47,7 +45,7 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
     store = Database(tmp_path / FILE)
     for number, easts in enumerate(PARKED):
         with store.writing() as connection:
-            saved = save(connection, on_day(number, with_cars(survey(), easts)), register)
+            saved = save(connection, flown_at(number, MONDAY + 86_400 * number, easts), register)
         pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
     store.close()
     command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
@@ -63,18 +61,8 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         assert await process.wait() == 0
 
 
-def on_day(number: int, given: FinishedSurvey) -> FinishedSurvey:
-    """Return the survey as one that is flown so many days later."""
-    off = 86_400.0 * number
-    stalls, vehicles = (
-        tuple(replace(each, looked_at=each.looked_at + off) for each in some)
-        for some in (given.stalls, given.vehicles or ())
-    )
-    return later(replace(given, stalls=stalls, vehicles=vehicles), number, 24.0 * number)
-
-
 async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:
-    page = await new_page(browser, **{"locale": "en", "viewport": {"width": 1440, "height": 900}, **options})
+    page = await new_page(browser, **{"locale": "en", "viewport": DESK, **options})
     await page.add_init_script(path=AXE)
     await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
     errors = watch(page)
@@ -165,14 +153,36 @@ async def test_a_street_is_drawn_counted_and_asked_about(browser: Browser, addre
     await expect(card).to_contain_text("2 of 4 parked")
     assert page.url == asked
     full = (await Store(address).lot("/surveys"))["items"][1]["id"]
-    await page.goto(f"{asked.partition('#')[0]}#/lots/{(await Store(address).lot())['id']}/{full}?section={asked[-36:]}")
+    await page.goto(
+        f"{asked.partition('#')[0]}#/lots/{(await Store(address).lot())['id']}/{full}?section={asked[-36:]}"
+    )
     await expect(card).to_contain_text("5 of 4 parked, over-full")
     await page.wait_for_timeout(400)
     await page.screenshot(path=screenshots / "section-over-full.png")
     await page.set_viewport_size(PHONE)  # type: ignore[arg-type]
     await page.wait_for_timeout(400)
     await page.screenshot(path=screenshots / "section-phone.png")
+    await page.set_viewport_size(DESK)  # type: ignore[arg-type]
+    await asked_by_weekday(page, screenshots)
     assert not errors
+
+
+async def asked_by_weekday(page: Page, screenshots: Path) -> None:
+    """The section is a part of the lot that is asked about, by its places."""
+    await page.get_by_role("navigation", name="Views").get_by_role("link", name="Report", exact=True).click()
+    await page.get_by_role("button", name="Part of the lot").click()
+    await page.get_by_role("checkbox", name="A", exact=True).check()
+    await page.get_by_role("checkbox", name="Elm Street", exact=True).check()
+    await page.keyboard.press("Escape")
+    await expect(page).to_have_url(re.compile(r"part=section\.Elm\+Street$"))
+    answer = page.get_by_role("main").locator(".answer")
+    await expect(answer).to_contain_text("83 % taken")
+    await expect(answer).to_contain_text(re.compile(r"3\.3 vehicles \([23]\.\d to [45]\.\d\)"))
+    await expect(answer).to_contain_text("are parked on 4 places on average. Fullest on Tuesdays")
+    await expect(page.get_by_role("gridcell", name="Tuesday 11:00–12:00: 125 %")).to_have_count(1)
+    await expect(page.get_by_role("region", name="In a terminal")).to_contain_text("--section 'Elm Street'")
+    await page.screenshot(path=screenshots / "section-asked.png", full_page=True)
+    assert await page.evaluate(RUN_AXE) == []
 
 
 async def test_sections_are_drawn_in_french(browser: Browser, address: str, screenshots: Path) -> None:

@@ -198,3 +198,19 @@ fullest-survey = Fullest survey
 emptiest-survey = Emptiest survey
 yes = yes
 states-cut = States of the newest { $shown } of { $count } surveys.
+
+# -- sections: vehicles that were counted
+
+sections = Sections
+sections-words = Vehicles that the survey of { $at } counted. Sections count vehicles, of the places that they have; all other figures count stalls.
+section = Section
+vehicles = Vehicles
+section-places = Places
+section-occupancy = Of the places
+section-room = Room for
+section-hidden = Hidden, not seen
+section-given = Places by a person
+section-note = Note
+sections-hours = Sections, weekday by hour: { $names }
+sections-hours-places = Mean number of vehicles in each hour of the week, as a share of { $places } places, with its range. Empty: nobody flew.
+sections-hours-alone = Mean number of vehicles in each hour of the week, with its range. Empty: nobody flew. Nobody said how many places there are.

@@ -207,3 +207,19 @@ fullest-survey = Relevé le plus plein
 emptiest-survey = Relevé le plus vide
 yes = oui
 states-cut = États des { $shown } derniers relevés sur { $count }.
+
+# -- sections: vehicles that were counted
+
+sections = Sections
+sections-words = Véhicules comptés par le relevé du { $at }. Les sections comptent des véhicules, par rapport à leurs places ; tous les autres chiffres comptent des places.
+section = Section
+vehicles = Véhicules
+section-places = Places
+section-occupancy = Des places
+section-room = Place pour
+section-hidden = Caché, pas vu
+section-given = Places selon une personne
+section-note = Note
+sections-hours = Sections, jour par heure : { $names }
+sections-hours-places = Nombre moyen de véhicules à chaque heure de la semaine, par rapport à { $places } places, avec sa fourchette. Vide : personne n’a volé.
+sections-hours-alone = Nombre moyen de véhicules à chaque heure de la semaine, avec sa fourchette. Vide : personne n’a volé. Le nombre de places n’est pas indiqué.

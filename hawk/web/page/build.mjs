@@ -10,7 +10,7 @@ const out = resolve(process.argv[2] ?? join(here, "..", "static"));
 /** Bytes of everything that a browser loads in one language before the first view can be used, compressed. */
 const LARGEST_GZIP = 300_000;
 /** The same of the views that are loaded when one of them is opened. */
-const LARGEST_VIEWS_GZIP = 66_000;
+const LARGEST_VIEWS_GZIP = 60_000;
 /** The same of what Fly reads when it is shown already: the editor of fences, and plots. */
 const LARGEST_DRAWN_GZIP = 80_000;
 

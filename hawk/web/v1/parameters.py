@@ -176,6 +176,7 @@ class UseQuery(Period):
     row: Annotated[tuple[Part, ...], _parts("row, as statistics by `row` name it")] = ()
     zone: Annotated[tuple[Part, ...], _parts("zone, as statistics by `zone` name it")] = ()
     kind: Annotated[tuple[Part, ...], _parts("kind of stalls, as statistics by `kind` name it")] = ()
+    section: Annotated[tuple[Part, ...], _parts("section, whose vehicles are counted, not with stalls")] = ()
 
 
 class ReportQuery(UseQuery):

@@ -186,7 +186,7 @@ def statistics(connection: Connection, asked: Request[forms.Statistics]) -> Answ
 
 
 def _question(query: forms.UseQuery) -> use_query.Asked:
-    return use_query.asked_of(query.weekday, query.hour, query.row, query.zone, query.kind)
+    return use_query.asked_of(query.weekday, query.hour, query.row, query.zone, query.kind, query.section)
 
 
 def ask(connection: Connection, asked: Request[forms.UseQuery]) -> Answer:

@@ -15,19 +15,20 @@ ROOT: Final = "/api/v1"
 """Address below which every address of this API lies."""
 NOTHING: Final = f"there is nothing at this address; GET {ROOT}/openapi.json lists the addresses"
 """Words for an address that this API does not have."""
+_FILES: Final = tuple(each.removeprefix(".") for each in CONTENT_TYPES)
 PATTERNS: Final = {
     "id": "[0-9a-f-]{36}",
     "version": "[0-9]{1,9}",
     "seq": "[0-9]{1,9}",
     "name": r"[0-9TZ-]{16,24}\.mcap",
-    "collection": "lots|stalls|surveys",
+    "collection": "lots|stalls|sections|surveys",
     "survey": "[0-9a-f-]{36}",
     "token": "[A-Za-z0-9_-]{8,64}",
     "preview": "[0-9a-f]{32}",
     "number": "[0-9]{1,7}",
     "row": "-?[0-9]{1,6}",
     "column": "-?[0-9]{1,6}",
-    "kind": "|".join(each.removeprefix(".") for each in CONTENT_TYPES),
+    "kind": "|".join(map(re.escape, _FILES)),
     "feed": "|".join(FEEDS),
 }
 """Patterns of the fields of paths."""
@@ -52,7 +53,7 @@ WORDS: Final[Mapping[str, str]] = {
     "/lots/{id}/feeds": f"there is no feed with this name; there are {', '.join(FEEDS)}",
     "/surveys/{id}/ground": f"there is no tile at this place; GET {ROOT}/surveys/{{id}}/ground lists the tiles",
     "/surveys/{id}/ground/{row}": f"there is no tile at this place; GET {ROOT}/surveys/{{id}}/ground lists the tiles",
-    "/surveys/{id}/files": f"there is no file of this kind; there are {PATTERNS['kind'].replace('|', ', ')}",
+    "/surveys/{id}/files": f"there is no file of this kind; there are {', '.join(_FILES)}",
     "/features/collections": f"there is no collection with this name; GET {ROOT}/features/collections lists them",
     "/features/collections/{collection}/items": (
         f"there is no feature with this id; GET {ROOT}/features/collections/{{collection}}/items lists them"

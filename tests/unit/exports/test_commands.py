@@ -170,4 +170,4 @@ def test_another_end_is_refused_with_those_that_are_known(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], end: str
 ) -> None:
     assert main(["export", "Lot 1", "--out", str(tmp_path / end)]) == 2
-    assert "must end in .csv or .geojson or .gpkg or .kmz or .png or .tif" in capsys.readouterr().err
+    assert "must end in .csv or .geojson or .gpkg or .kmz or .png or .sections.csv" in capsys.readouterr().err

@@ -27,6 +27,7 @@ from tests.unit.lots.repaints import flown
 BEGINNINGS = {
     ".csv": b"stall_id,", ".geojson": b'{"type": "FeatureCollection"', ".gpkg": b"SQLite format 3\x00",
     ".kmz": b"PK\x03\x04", ".png": b"\x89PNG", ".tif": b"II",
+    ".sections.csv": b"section_id,", ".sections.geojson": b'{"type": "FeatureCollection"',
 }  # fmt: skip
 
 

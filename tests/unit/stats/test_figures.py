@@ -93,6 +93,7 @@ def test_in_one_layout_load_and_accumulation_are_the_occupancy_by_the_stalls(see
     assert found.whole is not None
     assert len(found.parts) == 3
     for use in (found.whole, *found.parts):
+        assert use.capacity is not None
         assert same(use.accumulation, use.occupancy, use.capacity)
         assert same(use.load_space_hours, use.occupancy, use.capacity * use.hours)
         assert use.peak is not None

@@ -25,13 +25,14 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
-/** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``; none named: all. */
+/** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``, or ``sections``; none named: all stalls. */
 export interface Asked {
   weekdays: ("Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday")[];
   hours: number[];
   rows: string[];
   zones: string[];
   kinds: string[];
+  sections: string[];
 }
 
 /** Use of what is `asked`, over the surveyed hours that are asked, which count alike. */
@@ -41,7 +42,9 @@ export interface AskedUse {
   clock: string;
   interval: number;
   asked: Asked;
+  unit: "stalls" | "places" | "vehicles";
   stalls: number;
+  places: number | null;
   days: number;
   hours: number;
   occupancy: Estimate;
@@ -99,6 +102,7 @@ export interface Cell {
   is_asked: boolean;
   days: number;
   occupancy: Estimate;
+  accumulation: Estimate;
 }
 
 /** A change that a person made in a `lot`; `surveys`: those that it moved, placed or deleted. `undone`: when it was undone. `kept`: why it cannot be undone now; null for one that can. */
@@ -130,6 +134,7 @@ export interface Changed {
   matched: number;
   begin: StallLabel[];
   gone: StallLabel[];
+  sections: SectionChange[];
 }
 
 /** A closed edit: `seq` undoes all of it, `layout` is its version; both null where nothing is changed. */
@@ -255,7 +260,7 @@ export interface Figures {
   last: string | null;
   left_out: LeftOut[];
   whole: Use | null;
-  by: "hour" | "row" | "zone" | "kind" | null;
+  by: "hour" | "row" | "zone" | "kind" | "section" | null;
   parts: Use[];
   hours: Hour[];
   days: Day[];
@@ -703,6 +708,23 @@ export interface RowUse {
   occupancy: Estimate;
 }
 
+/** A section at two surveys. `is_changed`: the intervals do not meet, so that the numbers of vehicles differ. What a survey did not look at is null. */
+export interface SectionChange {
+  id: string;
+  name: string;
+  capacity: number | null;
+  before: SectionCounts | null;
+  after: SectionCounts | null;
+  is_changed: boolean | null;
+}
+
+/** Vehicles that a survey counted in a section: `parked`, `least` to `most`. */
+export interface SectionCounts {
+  parked: number;
+  least: number;
+  most: number;
+}
+
 /** Part of the list of sections. */
 export interface SectionList {
   next: string | null;
@@ -733,7 +755,7 @@ export interface SectionLookList {
 }
 
 /** Sections of a lot's plan by their names, with what one survey saw of each; null where it did not look. */
-export interface SectionsSeen {
+export interface SeenSections {
   survey: string;
   sections: ListedSection[];
 }
@@ -932,6 +954,7 @@ export interface SurveyShare {
   survey: string;
   at: string;
   occupancy: Estimate;
+  accumulation: Estimate;
 }
 
 /** A survey with its stalls, as its GeoJSON file has them. */
@@ -1002,7 +1025,7 @@ export interface Undone {
 /** Use of a part of the lot, or of all of it, over the surveyed hours of a period. */
 export interface Use {
   name: string;
-  capacity: number;
+  capacity: number | null;
   surveys: number;
   hours: number;
   occupancy: Estimate;
@@ -1013,6 +1036,7 @@ export interface Use {
   never_taken: Steady;
   always_taken: Steady;
   turnover: Turnover;
+  unit: "stalls" | "places" | "vehicles";
 }
 
 /** Vehicles of a survey by the ground that they stand on, each counted once; null where that is not known. */

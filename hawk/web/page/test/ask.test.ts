@@ -8,11 +8,11 @@ import { Route } from "../src/route/route.ts";
 import { Guest } from "../src/shell/guest.ts";
 import { TopBar } from "../src/shell/top-bar.ts";
 import { LateViews } from "../src/shell/views.ts";
-import { answerWords, behindWords, daysWords, hoursWords, periodWords } from "../src/views/ask-words.ts";
+import { amountOf, answerWords, behindWords, daysWords, hoursWords, mostOf, periodWords, rangeOf, shadeOf } from "../src/views/ask-words.ts";
 import "../src/parts/figures.ts";
 import "../src/parts/maps.ts";
 import { LotViews } from "../src/views/lot-views.ts";
-import { commandOf, daysOf, daysText, hoursOf, hoursShown, hoursText, runs } from "../src/views/question.ts";
+import { commandOf, daysOf, daysText, hoursOf, hoursShown, hoursText, runs, switchedPart } from "../src/views/question.ts";
 import { refusal } from "./api.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
@@ -27,23 +27,27 @@ function estimate(value: number, surveys: number): Estimate {
   return { value, low: value - 0.1, high: value + 0.05, surveys };
 }
 
+function timesStalls({ value, low, high, surveys }: Estimate): Estimate {
+  return { value: value && 25 * value, low: low && 25 * low, high: high && 25 * high, surveys };
+}
+
 /** The answer to a question, of a lot that was flown on Monday at 8 and 10, and on Saturday at 10. */
 function answer(days: number[], hours: number[], more: Partial<AskedUse> = {}): AskedUse {
   const flown = new Map([["0 8", estimate(0.86, 2)], ["0 10", estimate(0.95, 2)], ["5 10", estimate(0.4, 1)]]);
   const cells = NAMES.flatMap((weekday, day) =>
     Array.from({ length: 24 }, (_, hour): Cell => {
       const found = flown.get(`${day} ${hour}`);
-      return { weekday, hour, is_asked: days.includes(day) && hours.includes(hour), days: found ? 1 : 0, occupancy: found ?? NONE };
+      return { weekday, hour, is_asked: days.includes(day) && hours.includes(hour), days: found ? 1 : 0, occupancy: found ?? NONE, accumulation: timesStalls(found ?? NONE) };
     }),
   );
   const asked = cells.filter((cell) => cell.is_asked && cell.days > 0);
   return {
     lot: LOT, name: "Market Street", clock: "America/Toronto", interval: 0.9,
-    asked: { weekdays: days.map((day) => NAMES[day]!), hours, rows: ["B"], zones: [], kinds: [] },
-    stalls: 25, days: 1, hours: asked.length, occupancy: asked.length > 0 ? estimate(0.9, 4) : NONE, accumulation: { value: 22.5, low: 21.8, high: 23.2, surveys: 4 },
+    asked: { weekdays: days.map((day) => NAMES[day]!), hours, rows: ["B"], zones: [], kinds: [], sections: [] },
+    unit: "stalls", places: null, stalls: 25, days: 1, hours: asked.length, occupancy: asked.length > 0 ? estimate(0.9, 4) : NONE, accumulation: asked.length > 0 ? { value: 22.5, low: 21.8, high: 23.2, surveys: 4 } : NONE,
     fullest: asked[1] ?? asked[0] ?? null, emptiest: asked[0] ?? null, cells,
     others: [{ row: "A", stalls: 24, occupancy: estimate(0.3, 4) }, { row: "C", stalls: 3, occupancy: NONE }],
-    surveys: asked.length > 0 ? [{ survey: ONE, at: "2026-05-04T08:20", occupancy: estimate(0.9, 1) }] : [], left_out: [], ...more,
+    surveys: asked.length > 0 ? [{ survey: ONE, at: "2026-05-04T08:20", occupancy: estimate(0.9, 1), accumulation: timesStalls(estimate(0.9, 1)) }] : [], left_out: [], ...more,
   };
 }
 
@@ -91,6 +95,24 @@ describe("an answer in words", () => {
 
   it("names no fullest hour where only one was flown", () => {
     assert.equal(answerWords(answer([0], [8])), "22 to 23 of 25 stalls are taken on average.");
+  });
+
+  it("counts vehicles of the places of sections, or alone", async () => {
+    const number = { value: 3.5, low: 3, high: 5.25, surveys: 4 };
+    const counted = answer([0], [8], { unit: "places", places: 4, stalls: 0, accumulation: number, occupancy: { value: 0.875, low: 0.75, high: 1.3125, surveys: 4 } });
+    assert.equal(answerWords(counted), "3.5 vehicles (3.0 to 5.3) are parked on 4 places on average.");
+    assert.deepEqual([amountOf(counted), rangeOf(counted)], ["88 %", "75 to 131 %"]);
+    const alone = { ...counted, unit: "vehicles" as const, places: null, occupancy: NONE };
+    assert.equal(answerWords(alone), "3.5 vehicles (3.0 to 5.3) are parked on average. Nobody said how many places there are.");
+    assert.deepEqual([amountOf(alone), rangeOf(alone), shadeOf(alone, alone)], ["3.5", "3.0 to 5.3", 3.5 / mostOf(alone)]);
+    await inFrench(() => assert.equal(answerWords(counted), "3,5 véhicules (3,0 à 5,3) sont garés sur 4 places en moyenne."));
+  });
+
+  it("asks for sections or for stalls, never for both", () => {
+    assert.deepEqual(switchedPart(["row.A", "zone.West"], "section.Elm Street"), ["section.Elm Street"]);
+    assert.deepEqual(switchedPart(["section.Elm Street"], "section.Yard"), ["section.Elm Street", "section.Yard"]);
+    assert.deepEqual(switchedPart(["section.Elm Street"], "row.A"), ["row.A"]);
+    assert.deepEqual(switchedPart(["row.A", "row.B"], "row.A"), ["row.B"]);
   });
 
   it("shows the hours that were flown or asked", () => {
@@ -164,7 +186,7 @@ describe("Report", () => {
 
   it("says why there is no answer: nobody flew then, no survey counts, or the lot has none", async () => {
     const none = { value: null, low: null, high: null, surveys: 0 };
-    const empty = { ...answer([0], [8]), occupancy: none, surveys: [], fullest: null, emptiest: null };
+    const empty = { ...answer([0], [8]), occupancy: none, accumulation: none, surveys: [], fullest: null, emptiest: null };
     for (const [search, leftOut, said] of [["days=mon", 0, /Nobody flew then/], ["days=mon", 2, /No survey of then counts\. *2 surveys of this period are left out/], ["", 0, /This lot has no survey:/]] as const) {
       found = { ...empty, left_out: Array.from({ length: leftOut }, () => ({ survey: ONE, ended: "2026-05-04T12:20:00Z", why: "" })) };
       await open(search);

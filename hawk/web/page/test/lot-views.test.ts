@@ -41,7 +41,7 @@ function stall(id: string, label: string, east: number, state: string): Feature 
 }
 
 const BETWEEN: Changed = {
-  compared: 2, unknown: 1, matched: 0, gone: [],
+  sections: [], compared: 2, unknown: 1, matched: 0, gone: [],
   begin: [{ id: ONE, label: "D 23" }],
   free: { value: -1, low: -1.4, high: -0.6, surveys: 2 }, came: { value: 1, low: 1, high: 2, surveys: 2 }, left: { value: 0, low: 0, high: 0, surveys: 2 },
   stalls: [{ id: STALL, label: "A 1", former: ONE, before: "free", after: "taken", chance: 0.98 }, { id: TWO, label: "A 2", former: TWO, before: "taken", after: "unknown", chance: null }],

@@ -193,7 +193,7 @@ async def test_looks_of_an_older_archive_are_put_in_one_piece_by_the_first_quest
         ("/surveys?from=yesterday", "from", "must be a date, as 2026-05-04"),
         ("/surveys?from=2026-05-04&to=2026-05-03", "to", "is not after 2026-05-04"),
         ("/surveys?to=2026-05-03&time_zone=Mars", "time_zone", "must be a name of the time zone database"),
-        ("/lots/LOT/statistics?by=colour", "by", "must be 'hour', 'row', 'zone' or 'kind'"),
+        ("/lots/LOT/statistics?by=colour", "by", "must be 'hour', 'row', 'zone', 'kind' or 'section'"),
         ("/lots/LOT/stalls?kind=big", "kind", "is no kind: write one of"),
         ("/lots/LOT/observations?after=7", "after", "write `next` of the part before"),
     ],

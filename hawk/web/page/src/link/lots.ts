@@ -3,7 +3,7 @@ import { say } from "../words/say.ts";
 import { answer, API, orNull, post, read, readAll, Refused } from "./api.ts";
 
 /** Kinds of a survey's files, as the drone makes them. */
-export const SURVEY_FILES = ["csv", "geojson", "gpkg", "kmz", "png"];
+export const SURVEY_FILES = ["csv", "geojson", "gpkg", "kmz", "png", "sections.csv", "sections.geojson"];
 
 export interface Lots {
   lots: ListedLot[];

@@ -179,14 +179,14 @@ export class LotMap {
     return this.editor;
   }
 
+  /** Adds a layer over the stalls. */
+  addLayer(layer: Layer): void {
+    this.map.addLayer(layer);
+  }
+
   leaveFence(): void {
     this.editor?.dispose();
     this.editor = null;
-  }
-
-  /** Adds a layer over the stalls. */
-  lay(layer: Layer): void {
-    this.map.addLayer(layer);
   }
 
   /** Brings an extent into view as large as it goes, clear of the tools at the edges. */

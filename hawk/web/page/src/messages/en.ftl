@@ -803,7 +803,7 @@ section-name = Name of the section
 section-kind = Vehicles stand
 section-kind-parallel = along the kerb
 section-kind-across = across the kerb
-section-kind-any = in any way
+section-kind-any = in any direction
 section-capacity = Places; empty: by the length
 section-note = Note: permit, loading, disabled
 section-add = Add the section
@@ -838,6 +838,9 @@ section-head = Section
 section-head-parked = Parked
 section-head-between = 9 times in 10
 section-head-room = Room
+section-count = { $parked } ({ $least } to { $most })
+section-differs = differs
+section-may-be-same = may be the same
 plan-import = Import a plan
 plan-import-reads = Reads the file…
 plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
@@ -1546,6 +1549,7 @@ archive-stall = Stall
 archive-by-row = Rows
 archive-by-zone = Zones
 archive-by-kind = Kinds
+archive-by-section = Sections
 archive-heat = Share of surveys that found each stall taken
 archive-heat-note =
     { $surveys ->
@@ -1604,7 +1608,7 @@ ask-stalls =
         [yes] { $low } of { $stalls } stalls are taken on average.
        *[no] { $low } to { $high } of { $stalls } stalls are taken on average.
     }
-ask-ends = Fullest on { $fullDay }s at { $fullHour } ({ $full } %), emptiest on { $emptyDay }s at { $emptyHour } ({ $empty } %).
+ask-ends = Fullest on { $fullDay }s at { $fullHour } ({ $full }), emptiest on { $emptyDay }s at { $emptyHour } ({ $empty }).
 ask-behind = From { $surveys ->
         [one] { $surveys } survey
        *[other] { $surveys } surveys
@@ -1618,6 +1622,12 @@ ask-none-counts = No survey of then counts.
 ask-none-remedy = Choose other hours, other days or a longer period.
 ask-heat = { $part } by weekday and hour, { $when }
 ask-heat-keys = Arrow keys go over the hours, Shift and arrows choose several, Enter asks.
+ask-range = { $low } to { $high }
+ask-places = { $value } vehicles ({ $low } to { $high }) are parked on { $places } places on average.
+ask-vehicles = { $value } vehicles ({ $low } to { $high }) are parked on average. Nobody said how many places there are.
+ask-vehicles-large = { $value } vehicles
+ask-head-vehicles = Vehicles
+ask-scale-vehicles = 0 to { $most } vehicles
 ask-scale = 0 to 100 % taken
 ask-nobody = nobody flew
 ask-asked = asked
@@ -1628,8 +1638,8 @@ ask-hour-from = { $first }:00–{ $last }:00
 ask-cell = { $day } { $hours }: { $what }
 ask-cell-flown =
     { $surveys ->
-        [one] { $value } %, { $surveys } survey, { $low } to { $high } %
-       *[other] { $value } %, { $surveys } surveys, { $low } to { $high } %
+        [one] { $value }, { $surveys } survey, { $range }
+       *[other] { $value }, { $surveys } surveys, { $range }
     }
 ask-surveys =
     { $surveys ->

@@ -829,6 +829,9 @@ section-head = Section
 section-head-parked = Garés
 section-head-between = 9 fois sur 10
 section-head-room = Place libre
+section-count = { $parked } ({ $least } à { $most })
+section-differs = différent
+section-may-be-same = peut-être égal
 plan-import = Importer un plan
 plan-import-reads = Lit le fichier…
 plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
@@ -1531,6 +1534,7 @@ archive-stall = Place
 archive-by-row = Rangées
 archive-by-zone = Zones
 archive-by-kind = Types
+archive-by-section = Sections
 archive-heat = Part des relevés qui ont trouvé chaque place occupée
 archive-heat-note =
     { $surveys ->
@@ -1589,7 +1593,7 @@ ask-stalls =
         [yes] { $low } des { $stalls } places sont occupées en moyenne.
        *[no] { $low } à { $high } des { $stalls } places sont occupées en moyenne.
     }
-ask-ends = Le plus plein le { $fullDay } à { $fullHour } ({ $full } %), le plus vide le { $emptyDay } à { $emptyHour } ({ $empty } %).
+ask-ends = Le plus plein le { $fullDay } à { $fullHour } ({ $full }), le plus vide le { $emptyDay } à { $emptyHour } ({ $empty }).
 ask-behind = D'après { $surveys ->
         [one] { $surveys } relevé
        *[other] { $surveys } relevés
@@ -1603,6 +1607,12 @@ ask-none-counts = Aucun relevé de ce moment ne compte.
 ask-none-remedy = Choisissez d'autres heures, d'autres jours ou une période plus longue.
 ask-heat = { $part } par jour et heure, { $when }
 ask-heat-keys = Les flèches vont d'heure en heure, Maj et flèches en choisissent plusieurs, Entrée pose la question.
+ask-range = { $low } à { $high }
+ask-places = { $value } véhicules ({ $low } à { $high }) sont garés sur { $places } places en moyenne.
+ask-vehicles = { $value } véhicules ({ $low } à { $high }) sont garés en moyenne. Le nombre de places n’est pas indiqué.
+ask-vehicles-large = { $value } véhicules
+ask-head-vehicles = Véhicules
+ask-scale-vehicles = 0 à { $most } véhicules
 ask-scale = occupé de 0 à 100 %
 ask-nobody = personne n'a volé
 ask-asked = demandé
@@ -1613,8 +1623,8 @@ ask-hour-from = { $first }–{ $last } h
 ask-cell = { $day } { $hours } : { $what }
 ask-cell-flown =
     { $surveys ->
-        [one] { $value } %, { $surveys } relevé, { $low } à { $high } %
-       *[other] { $value } %, { $surveys } relevés, { $low } à { $high } %
+        [one] { $value }, { $surveys } relevé, { $range }
+       *[other] { $value }, { $surveys } relevés, { $range }
     }
 ask-surveys =
     { $surveys ->

@@ -522,6 +522,9 @@ export interface Messages {
   "section-head-parked": Record<string, never>;
   "section-head-between": Record<string, never>;
   "section-head-room": Record<string, never>;
+  "section-count": { parked: string | number; least: string | number; most: string | number };
+  "section-differs": Record<string, never>;
+  "section-may-be-same": Record<string, never>;
   "plan-import": Record<string, never>;
   "plan-import-reads": Record<string, never>;
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
@@ -995,6 +998,7 @@ export interface Messages {
   "archive-by-row": Record<string, never>;
   "archive-by-zone": Record<string, never>;
   "archive-by-kind": Record<string, never>;
+  "archive-by-section": Record<string, never>;
   "archive-heat": Record<string, never>;
   "archive-heat-note": { surveys: number };
   "archive-stall-of": { label: string | number };
@@ -1034,6 +1038,12 @@ export interface Messages {
   "ask-none-remedy": Record<string, never>;
   "ask-heat": { part: string | number; when: string | number };
   "ask-heat-keys": Record<string, never>;
+  "ask-range": { low: string | number; high: string | number };
+  "ask-places": { value: string | number; low: string | number; high: string | number; places: string | number };
+  "ask-vehicles": { value: string | number; low: string | number; high: string | number };
+  "ask-vehicles-large": { value: string | number };
+  "ask-head-vehicles": Record<string, never>;
+  "ask-scale-vehicles": { most: string | number };
   "ask-scale": Record<string, never>;
   "ask-nobody": Record<string, never>;
   "ask-asked": Record<string, never>;
@@ -1042,7 +1052,7 @@ export interface Messages {
   "ask-flown-hours": Record<string, never>;
   "ask-hour-from": { first: string | number; last: string | number };
   "ask-cell": { day: string | number; hours: string | number; what: string | number };
-  "ask-cell-flown": { surveys: number; value: string | number; low: string | number; high: string | number };
+  "ask-cell-flown": { surveys: number; value: string | number; range: string | number };
   "ask-surveys": { surveys: number };
   "ask-figures": Record<string, never>;
   "ask-times": { times: string | number };

@@ -6,8 +6,8 @@ export const READING = {
   fly: () => import("../parts/fly.ts"),
   maps: () => import("../parts/maps.ts"),
   figures: () => import("../parts/figures.ts"),
-  fence: () => import("../parts/fence.ts"),
   section: () => import("../ui/plan-section.ts"),
+  fence: () => import("../parts/fence.ts"),
 };
 
 /** A part of the page that is read when it is wanted first. */

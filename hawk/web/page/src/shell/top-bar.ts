@@ -64,7 +64,7 @@ export class TopBar extends LitElement {
   private picker(): TemplateResult | typeof nothing {
     const { lot, lots, place } = this;
     if (lots === null || lot === undefined) return nothing;
-    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", recording: "", t: "", parts: [] });
+    const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", parts: [] });
     const choice = html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
     return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub" title=${clockWords(lot.time_zone)}>${about(lot, place)}</span></label>`;
   }
@@ -93,5 +93,5 @@ export function viewLinks(views: readonly ViewName[], route: Route): TemplateRes
 
 /** The lot is kept; the survey and the stall of another view are not this one's. */
 function addressOf(view: ViewName, route: Route): string {
-  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", recording: "", t: "", show: "" });
+  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", show: "" });
 }

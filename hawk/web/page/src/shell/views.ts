@@ -41,11 +41,6 @@ function partOf({ view, show, recording }: Place): PartName {
   return isPlain ? "figures" : "maps";
 }
 
-/** The form of a plan's sections, read when one is drawn first. */
-export function readSectionForm(): void {
-  void READING.section();
-}
-
 /** What is said while a part is read, and when it cannot be. */
 export function waitingFor(part: LatePart): TemplateResult {
   if (part.state === "failed") return html`<div class="page"><p role="alert">${say("archive-unanswered")}</p><button @click=${() => part.ask()}>${say("archive-ask-again")}</button></div>`;

@@ -1,7 +1,8 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import { type Kind, KINDS } from "../plan/values.ts";
-import { readSectionForm } from "../shell/views.ts";
+import { LatePart, READING } from "../shell/late-part.ts";
+import { waitingFor } from "../shell/views.ts";
 import type { PlanDrawing, RowStyle } from "../state/plan-drawing.ts";
 import { kindWords } from "../words/plan.ts";
 import { say } from "../words/say.ts";
@@ -12,13 +13,13 @@ const STYLES: readonly RowStyle[] = ["square", "angled", "parallel"];
 /** How the row, the stall, the area or the zone that is being drawn is to be. */
 @customElement("hawk-plan-drawn")
 export class PlanDrawn extends Part {
+  /** The form of a section, which few plans have. */
+  private readonly section = new LatePart(READING.section, () => this.requestUpdate());
+
   override render(): TemplateResult {
     const { drawing } = this.model.plan;
     if (drawing.isRing) return this.ring(drawing);
-    if (drawing.tool === "section") {
-      readSectionForm();
-      return html`<hawk-plan-section .model=${this.model}></hawk-plan-section>`;
-    }
+    if (drawing.tool === "section") return this.section.want() ? html`<hawk-plan-section .model=${this.model}></hawk-plan-section>` : waitingFor(this.section);
     return html`<div class="drawn">
       ${drawing.tool === "row" ? this.row(drawing) : nothing} ${kinds(drawing)} ${drawing.tool === "row" ? this.ending(drawing) : nothing}
     </div>`;

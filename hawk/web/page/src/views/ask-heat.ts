@@ -3,7 +3,7 @@ import { customElement, property, state } from "lit/decorators.js";
 import type { AskedUse, Cell } from "../api.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { say } from "../words/say.ts";
-import { dayName, hourWords, percentOf } from "./ask-words.ts";
+import { amountOf, dayName, hourWords, mostOf, percentOf, rangeOf, shadeOf } from "./ask-words.ts";
 import { cellAt, DAYS, HOURS, hoursShown, type Run, runs, upTo } from "./question.ts";
 
 /** Days and hours that a press, a drag or the keys choose. */
@@ -52,7 +52,7 @@ export class HeatMap extends LitElement {
     const flown = cell !== undefined && cell.days > 0;
     return html`<span role="gridcell" class="cell ${flown ? "flown" : ""}" data-day=${day} data-hour=${hour} tabindex=${day === homeDay && hour === homeHour ? 0 : -1}
       aria-selected=${this.drag ? isIn(this.drag, day, hour) : (cell?.is_asked ?? false)} aria-label=${words} title=${words} @focus=${() => (this.at = [day, hour])}
-      ${cssVars({ "--d": String(day), "--h": String(column), "--share": String(cell?.occupancy.value ?? 0) })}>${flown ? html`<b>${percentOf(cell.occupancy.value)}<span class="sign"> %</span></b><span class="count">${say("ask-surveys", { surveys: cell.occupancy.surveys })}</span>` : nothing}</span>`;
+      ${cssVars({ "--d": String(day), "--h": String(column), "--share": String(cell ? shadeOf(this.answer, cell) : 0) })}>${flown ? html`<b>${cell.occupancy.value === null ? amountOf(cell) : html`${percentOf(cell.occupancy.value)}<span class="sign"> %</span>`}</b><span class="count">${say("ask-surveys", { surveys: cell.accumulation.surveys })}</span>` : nothing}</span>`;
   }
 
   /** The cell that was visited last; else the first that is asked. */
@@ -119,8 +119,7 @@ export class HeatMap extends LitElement {
 
 function cellWords(cell: Cell | undefined): string {
   if (cell === undefined || cell.days === 0) return say("ask-nobody");
-  const { value, low, high, surveys } = cell.occupancy;
-  return say("ask-cell-flown", { value: percentOf(value), low: percentOf(low), high: percentOf(high), surveys });
+  return say("ask-cell-flown", { value: amountOf(cell), range: rangeOf(cell), surveys: cell.accumulation.surveys });
 }
 
 function isIn([[day, hour], [otherDay, otherHour]]: readonly [Spot, Spot], atDay: number, atHour: number): boolean {
@@ -137,7 +136,8 @@ function spotOf(target: EventTarget | null): Spot | null {
 }
 
 /** What the colours and marks of the hours mean. */
-export function heatLegend(): TemplateResult {
-  return html`<p class="legend"><span><i class="ramp"></i>${say("ask-scale")}</span><span><i class="key hatched"></i>${say("ask-nobody")}</span><span><i class="key frame"></i>${say("ask-asked")}</span></p>`;
+export function heatLegend(answer: AskedUse): TemplateResult {
+  const scale = answer.unit === "vehicles" ? say("ask-scale-vehicles", { most: mostOf(answer) }) : say("ask-scale");
+  return html`<p class="legend"><span><i class="ramp"></i>${scale}</span><span><i class="key hatched"></i>${say("ask-nobody")}</span><span><i class="key frame"></i>${say("ask-asked")}</span></p>`;
 }
 

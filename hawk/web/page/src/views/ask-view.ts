@@ -1,15 +1,15 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { AskedUse, Estimate, Figures, SurveysUse } from "../api.ts";
+import type { AskedUse, Figures, SurveysUse } from "../api.ts";
 import { icon } from "../ui/icons.ts";
 import { percent } from "../words/format.ts";
 import { capital, language, number, say } from "../words/say.ts";
 import "./ask-heat.ts";
 import { type Chosen, heatLegend } from "./ask-heat.ts";
-import { answerWords, behindWords, dayName, daysWords, hoursWords, hourWords, lowHigh, monthEnds, monthOf, monthWords, partName, partsWords, percentOf, periodWords } from "./ask-words.ts";
+import { amountOf, answerWords, behindWords, dayName, daysWords, hoursWords, hourWords, monthEnds, monthOf, monthWords, partName, partsWords, percentOf, periodWords, rangeOf, shadeOf, type Use } from "./ask-words.ts";
 import { moment } from "./figures.ts";
 import "./picker.ts";
-import { commandOf, DAYS, daysOf, daysText, HOURS, hoursOf, hoursText, KINDS_OF_PARTS, type KindOfPart, namesOf } from "./question.ts";
+import { commandOf, DAYS, daysOf, daysText, HOURS, hoursOf, hoursText, KINDS_OF_PARTS, type KindOfPart, namesOf, switchedPart } from "./question.ts";
 import "./time-bar.ts";
 import { Asked, View } from "./view.ts";
 
@@ -23,7 +23,7 @@ const SLOTS = { part: "\uE001", days: "\uE002", clock: "\uE003", when: "\uE004" 
 export class AskView extends View {
   private readonly found = new Asked<AskedUse>(this);
   private readonly listed = new Asked<SurveysUse>(this);
-  private readonly parts: Readonly<Record<KindOfPart, Asked<Figures>>> = { row: new Asked(this), zone: new Asked(this), kind: new Asked(this) };
+  private readonly parts: Readonly<Record<KindOfPart, Asked<Figures>>> = { row: new Asked(this), zone: new Asked(this), kind: new Asked(this), section: new Asked(this) };
 
   override willUpdate(): void {
     const { lot, parts, days, hours, from, to } = this.place;
@@ -32,7 +32,7 @@ export class AskView extends View {
 
   override render(): TemplateResult {
     const { value, problem } = this.found;
-    const shares = new Map(value?.surveys.flatMap(({ survey, occupancy }) => (occupancy.value === null ? [] : [[survey, occupancy.value]])));
+    const shares = new Map(value?.surveys.map((each) => [each.survey, shadeOf(value, each)]));
     return html`<div class="ask">
       ${this.question()}
       ${problem === "" ? nothing : html`<div class="card answer" role="alert"><p>${problem}</p>${this.there()}</div>`}
@@ -87,8 +87,8 @@ export class AskView extends View {
     return html`<button aria-pressed=${asked} @click=${() => this.go({ parts: [] })}>${capital(say("ask-whole-lot"))}</button>
       ${KINDS_OF_PARTS.map((kind) => {
         const names = [...new Set([...this.names(kind), ...namesOf(parts, kind)])];
-        if (names.length < 2 && kind !== "row") return nothing;
-        return html`<fieldset><legend>${say(`archive-by-${kind}`)}</legend>${names.map((name) => this.box(partName(kind, name), parts.includes(`${kind}.${name}`), () => this.go({ parts: switched(parts, `${kind}.${name}`) })))}</fieldset>`;
+        if (names.length < (kind === "row" || kind === "section" ? 1 : 2)) return nothing;
+        return html`<fieldset><legend>${say(`archive-by-${kind}`)}</legend>${names.map((name) => this.box(partName(kind, name), parts.includes(`${kind}.${name}`), () => this.go({ parts: switchedPart(parts, `${kind}.${name}`) })))}</fieldset>`;
       })}`;
   }
 
@@ -131,22 +131,23 @@ export class AskView extends View {
   private heat(value: AskedUse): TemplateResult {
     const label = say("ask-heat", { part: capital(partsWords(this.place.parts)), when: periodWords(this.place).when });
     const isWeek = this.place.days === "" && this.place.hours === "";
-    return html`<section class="card weekly"><div class="headed"><h2>${label}</h2>${heatLegend()}</div>
+    return html`<section class="card weekly"><div class="headed"><h2>${label}</h2>${heatLegend(value)}</div>
       <archive-heat .answer=${value} .label=${label} .spoken=${language()} @hours=${({ detail }: CustomEvent<Chosen>) => this.go({ days: daysText(detail.days), hours: hoursText(detail.hours) })}></archive-heat>
       ${isWeek ? nothing : html`<button class="whole" @click=${() => this.go({ days: "", hours: "" })}>${say("ask-whole-week")}</button>`}</section>`;
   }
 
   private figures(value: AskedUse): TemplateResult {
     const rows = value.cells.map((cell, k) => ({ ...cell, day: Math.floor(k / HOURS) })).filter((cell) => cell.is_asked && cell.days > 0);
+    const isNumber = value.unit === "vehicles";
     const times = number(10 * value.interval);
     return html`<section class="card figures"><h2>${say("ask-figures")}</h2>
       <div class="wide" tabindex="0" role="region" aria-label=${say("ask-figures")}><table>
-        <thead><tr><th scope="col" colspan="2">${say("archive-when")}</th><th scope="col">${say("archive-surveys")}</th><th scope="col">${say("archive-taken")}</th><th scope="col">${say("ask-times", { times })}</th></tr></thead>
-        <tbody>${rows.map(({ day, hour, occupancy }, k) => {
+        <thead><tr><th scope="col" colspan="2">${say("archive-when")}</th><th scope="col">${say("archive-surveys")}</th><th scope="col">${say(isNumber ? "ask-head-vehicles" : "archive-taken")}</th><th scope="col">${say("ask-times", { times })}</th></tr></thead>
+        <tbody>${rows.map(({ day, hour, ...use }, k) => {
           const isSame = rows[k - 1]?.day === day;
-          return html`<tr class=${isSame ? "same" : ""}><th scope="row"><span class=${isSame ? "unseen" : ""}>${dayName(day, "short")}</span></th><td>${hourWords(hour)}</td>${shareCells(occupancy)}</tr>`;
+          return html`<tr class=${isSame ? "same" : ""}><th scope="row"><span class=${isSame ? "unseen" : ""}>${dayName(day, "short")}</span></th><td>${hourWords(hour)}</td>${useCells(use)}</tr>`;
         })}</tbody>
-        <tfoot><tr><th scope="row" colspan="2">${say("ask-all")}</th>${shareCells(value.occupancy)}</tr></tfoot>
+        <tfoot><tr><th scope="row" colspan="2">${say("ask-all")}</th>${useCells(value)}</tr></tfoot>
       </table></div>
       ${this.elsewhere(value)}</section>`;
   }
@@ -173,9 +174,9 @@ function picker(label: string, word: string, choices: () => TemplateResult): Tem
 }
 
 function answer(value: AskedUse, isOfAll: boolean): TemplateResult {
-  if (value.occupancy.value === null) return html`<section class="card answer" aria-live="polite">${noAnswer(value.left_out.length, isOfAll)}</section>`;
+  if (value.accumulation.value === null) return html`<section class="card answer" aria-live="polite">${noAnswer(value.left_out.length, isOfAll)}</section>`;
   return html`<section class="card answer" aria-live="polite">
-    <p class="share"><b class="large">${say("ask-taken", { value: percentOf(value.occupancy.value) })}</b><span class="sub">${`${lowHigh(value.occupancy)}, ${say("ask-times", { times: number(10 * value.interval) })}`}</span></p>
+    <p class="share"><b class="large">${value.unit === "vehicles" ? say("ask-vehicles-large", { value: amountOf(value) }) : say("ask-taken", { value: percentOf(value.occupancy.value) })}</b><span class="sub">${`${rangeOf(value)}, ${say("ask-times", { times: number(10 * value.interval) })}`}</span></p>
     <div><p>${answerWords(value)}</p><p class="sub">${behindWords(value)}</p></div>
   </section>`;
 }
@@ -187,8 +188,8 @@ function noAnswer(leftOut: number, isOfAll: boolean): TemplateResult {
   return html`<p class="large">${say("ask-none")}</p><p>${say("ask-none-remedy")}</p>`;
 }
 
-function shareCells(share: Estimate): TemplateResult {
-  return html`<td>${number(share.surveys)}</td><td><b>${share.value === null ? "–" : percent(100 * share.value)}</b></td><td>${lowHigh(share)}</td>`;
+function useCells(use: Use): TemplateResult {
+  return html`<td>${number(use.accumulation.surveys)}</td><td><b>${amountOf(use)}</b></td><td>${rangeOf(use)}</td>`;
 }
 
 /** A list with one more, or one less. */

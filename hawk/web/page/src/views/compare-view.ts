@@ -8,6 +8,7 @@ import { whenIdle } from "../ui/when-idle.ts";
 import { language, say } from "../words/say.ts";
 import { became, byRow, headline, inOrder, interval, notCompared } from "./compare-words.ts";
 import { dayAndTime } from "./figures.ts";
+import { sectionChanges } from "./sections.ts";
 import "./survey-map.ts";
 import type { By, SideCard, SurveyMap } from "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
@@ -149,6 +150,7 @@ export class CompareView extends View {
     return html`<p class="large"><b>${headline(free)}</b> ${free.value === null ? nothing : say("compare-of", { stalls: compared })}</p>
       <p>${[interval(free, level), became(stalls)].filter((each) => each !== "").join(" ")}</p>
       ${notCompared(found).map((words) => html`<p class="sub">${words}</p>`)}
+      ${sectionChanges(found.sections)}
       ${stalls.length === 0 ? html`<p>${say("compare-nothing")}</p>` : byRow(stalls).map(([name, all]) => row(name, all))}`;
   }
 

@@ -1,4 +1,4 @@
-import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, SectionsSeen, StallsUse, Survey, SurveyGround, SurveyMap, SurveysUse } from "../api.ts";
+import type { AskedUse, Change, Changed, DueList, Figures, Observation, Recording, SeenSections, StallsUse, Survey, SurveyGround, SurveyMap, SurveysUse } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { API, orNull, type Part, query, read, readAll, readByLink } from "../link/api.ts";
 import type { Place } from "../route/place.ts";
@@ -108,7 +108,7 @@ export class LotSource {
   }
 
   /** The sections of the lot with what a survey saw of each. */
-  sections(survey: string): Promise<SectionsSeen> {
+  sections(survey: string): Promise<SeenSections> {
     return this.once(`surveys/${survey}/sections`);
   }
 

@@ -22,7 +22,7 @@ export class MapPane {
   constructor(holder: HTMLElement, events: LotMapEvents, beside: MapPane | null = null) {
     this.map = new LotMap(holder, GRID, events, false, beside?.map ?? null);
     this.map.showLayers(ALL_LAYERS, null);
-    this.map.lay(this.sections);
+    this.map.addLayer(this.sections);
     if (beside) this.map.stay();
   }
 

@@ -4,7 +4,7 @@ import type { Place } from "../route/place.ts";
 /** Days of the week as a question names them, as in the drone's statistics. */
 export const DAYS = ["mon", "tue", "wed", "thu", "fri", "sat", "sun"] as const;
 export const HOURS = 24;
-export const KINDS_OF_PARTS = ["row", "zone", "kind"] as const;
+export const KINDS_OF_PARTS = ["row", "zone", "kind", "section"] as const;
 export type KindOfPart = (typeof KINDS_OF_PARTS)[number];
 
 /** Numbers that follow each other, from the first to the last one. */
@@ -18,6 +18,12 @@ export function askedOf({ parts, days, hours, from, to }: Place): Record<string,
 /** Names of the rows, zones or kinds out of the parts of a question. */
 export function namesOf(parts: readonly string[], kind: KindOfPart): string[] {
   return parts.filter((part) => part.startsWith(`${kind}.`)).map((part) => part.slice(kind.length + 1));
+}
+
+/** Parts with one more, or one less. Sections count vehicles: they are not asked together with stalls. */
+export function switchedPart(parts: readonly string[], part: string): string[] {
+  const isSection = part.startsWith("section.");
+  return parts.includes(part) ? parts.filter((each) => each !== part) : [...parts.filter((each) => each.startsWith("section.") === isSection), part];
 }
 
 /** Days 0 to 6 of "mon-fri,sun"; all where nothing is asked, or it cannot be read. A run may go over the week's end. */

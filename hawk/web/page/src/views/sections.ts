@@ -1,5 +1,5 @@
 import { html, nothing, type TemplateResult } from "lit";
-import type { ListedSection } from "../api.ts";
+import type { ListedSection, SectionChange } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { type Coordinate, toCoordinate } from "../map/geometry.ts";
 import type { SectionShape } from "../map/sections-layer.ts";
@@ -22,6 +22,17 @@ export function sectionsTable(sections: readonly ListedSection[], chosen: string
     <tbody>${sections.map(
       ({ id, name, look }) => html`<tr class=${id === chosen ? "on" : ""}><th scope="row"><button class="plain link" aria-pressed=${id === chosen} @click=${() => choose(id === chosen ? "" : id)}>${name}</button></th>
         <td>${parkedWords(look)}</td><td>${look === null ? "–" : `${number(look.least)}–${number(look.most)}`}</td><td>${look?.room == null ? "–" : number(look.room)}</td></tr>`,
+    )}</tbody></table>`;
+}
+
+/** Sections at two surveys: how many vehicles then and now, and whether the numbers differ for sure. */
+export function sectionChanges(sections: readonly SectionChange[]): TemplateResult | typeof nothing {
+  if (sections.length === 0) return nothing;
+  const count = (found: SectionChange["before"]): string => (found === null ? "–" : say("section-count", found));
+  return html`<h3>${say("sections")}</h3>
+    <table class="rows sections"><caption class="unseen">${say("sections")}</caption><thead><tr><th scope="col">${say("section-head")}</th><th scope="col">${say("archive-before")}</th><th scope="col">${say("archive-after")}</th><th scope="col"></th></tr></thead>
+    <tbody>${sections.map(
+      ({ name, before, after, is_changed: isChanged }) => html`<tr><th scope="row">${name}</th><td>${count(before)}</td><td>${count(after)}</td><td>${isChanged === null ? "" : say(isChanged ? "section-differs" : "section-may-be-same")}</td></tr>`,
     )}</tbody></table>`;
 }
 

@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
-import type { ListedSection, Observation, SectionsSeen, StallsUse, SurveysUse } from "../api.ts";
+import type { ListedSection, Observation, SeenSections, StallsUse, SurveysUse } from "../api.ts";
 import { rowMarks } from "../map/draw-labels.ts";
 import { css, HEAT } from "../map/stall-style.ts";
 import { cssVars } from "../ui/css-vars.ts";
@@ -17,7 +17,7 @@ export class StallsView extends View {
   private readonly heat = new Asked<StallsUse>(this);
   private readonly listed = new Asked<SurveysUse>(this);
   private readonly shown = new Asked<SurveyOnMap | null>(this);
-  private readonly sections = new Asked<SectionsSeen>(this);
+  private readonly sections = new Asked<SeenSections>(this);
   private readonly looks = new Asked<Observation[]>(this);
   private readonly coloured = kept(byShare);
 

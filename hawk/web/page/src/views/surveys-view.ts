@@ -1,6 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
-import type { ListedSection, Recording, SectionsSeen, SurveyUse, SurveysUse } from "../api.ts";
+import type { ListedSection, Recording, SeenSections, SurveyUse, SurveysUse } from "../api.ts";
 import { post } from "../link/api.ts";
 import { SURVEY_FILES } from "../link/lots.ts";
 import type { Operator } from "../state/operator.ts";
@@ -26,7 +26,7 @@ export class SurveysView extends View {
   private readonly listed = new Asked<SurveysUse>(this);
   private period: Period | null = null;
   private readonly shown = new Asked<SurveyOnMap | null>(this);
-  private readonly sections = new Asked<SectionsSeen>(this);
+  private readonly sections = new Asked<SeenSections>(this);
   private readonly films = new Asked<Recording[]>(this);
   @property({ attribute: false }) operator: Operator | null = null;
   /** Id of the survey whose deletion is asked about. */
@@ -158,7 +158,7 @@ export class SurveysView extends View {
   private recordings(row: SurveyUse): TemplateResult | typeof nothing {
     const found = recordingsOf(this.films.value ?? [], row.id);
     if (found.length === 0) return nothing;
-    const watch = (recording: string): void => this.go({ view: "recordings", survey: "", stall: "", show: "", recording, t: "" });
+    const watch = (recording: string): void => this.go({ view: "recordings", survey: "", stall: "", section: "", show: "", recording, t: "" });
     return html`<p>${found.map(({ name, began }) => html`<button class="small" @click=${() => watch(name)}>${say("film-watch", { when: began === null ? name : moment(began, this.listed.value?.clock) })}</button> `)}</p>`;
   }
 

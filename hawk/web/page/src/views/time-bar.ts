@@ -286,7 +286,7 @@ export class TimeBar extends LitElement {
 
   private play(): void {
     const recording = this.film(this.followed)?.name;
-    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", recording, stall: "", t: "" }, bubbles: true }));
+    this.dispatchEvent(new CustomEvent("archive-go", { detail: { view: "recordings", recording, stall: "", section: "", t: "" }, bubbles: true }));
   }
 }
 

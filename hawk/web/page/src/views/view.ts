@@ -90,7 +90,7 @@ export class Asked<T> {
 
 export function wordsOf(error: unknown): string {
   if (!(error instanceof Refused) || error.status === 0) return say("archive-unanswered");
-  if (/^(row|zone|kind)$/.test(error.field)) return say("ask-part-gone");
+  if (/^(row|zone|kind|section)$/.test(error.field)) return say("ask-part-gone");
   return /^(<|$)/.test(error.message) ? say("archive-refused", { status: error.status }) : error.message;
 }
 
