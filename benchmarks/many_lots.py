@@ -64,7 +64,7 @@ class Times:
 
 
 def fill(path: Path, lots: int, surveys: int) -> None:
-    """Make a store of many lots with so many surveys each."""
+    """Make a store of many lots with N surveys each."""
     rng = np.random.default_rng(1)
     stalls = drawn_lot(STALLS, rng)
     with closing(Database(path, _FAST)) as store:
