@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it, mock } from "node:test";
-import { post, read, Refused } from "../src/link/api.ts";
+import { post, read, type Refused } from "../src/link/api.ts";
 import { ofDrone } from "../src/words/drone.ts";
 import { settle } from "./fakes.ts";
 import { inFrench } from "./french.ts";
