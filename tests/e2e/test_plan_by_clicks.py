@@ -348,7 +348,7 @@ async def test_axe_finds_nothing_while_a_plan_is_corrected(
         for theme in ("dark", "outdoor", "light"):
             await prefer(page, theme)
             found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{theme}.png")
-        for tool in ("row", "stall", "area", "zone"):
+        for tool in ("row", "stall", "area", "zone", "section"):
             await page.locator(f".plantools .{tool}").click()
             found += await faults_of(page, screenshots / f"plan-axe-{language}-{size['width']}-{tool}.png")
     assert not found, "\n".join(found)
