@@ -58,7 +58,7 @@ def _check_overlaps(draft: Draft, placed: Sequence[LayoutStall], around: Sequenc
         before = _share(former.get(one.id, one), former.get(other.id, other))
         if before <= MOST_OVERLAP or share > before + _WORSE:
             words = say(
-                "{stall} would overlap {other} by {share:.0f} %: 10 % is the most. Move or remove one",
+                "{stall} would overlap {other} by {share:.0f}%: 10% is the most. Move or remove one",
                 stall=_name(one),
                 other=_name(other),
                 share=100 * share,

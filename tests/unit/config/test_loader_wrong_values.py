@@ -231,6 +231,7 @@ ASKED: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "--hour": ((), (*EMPTY, "25", "7-", "seven", "-1")),
     "--row": ((), EMPTY),
     "--zone": ((), EMPTY),
+    "--section": ((), EMPTY),
     "--kind": ((), EMPTY),
 }
 """Of a question about a lot: its period, parts and hours."""

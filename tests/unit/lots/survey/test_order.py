@@ -158,7 +158,7 @@ def test_an_only_survey_whose_moment_is_not_sure_is_no_live_occupancy(store: Dat
     with store.reading() as connection:
         found = valid_at(read_survey(connection, survey_of(connection, lot)), NOW, VALID_S)
     text = json.dumps(FEEDS[name].make(found))
-    assert lot in text
+    assert lot in text or name == "cds-zones"  # which names sections alone
     for word in ("realtime_free_capacity", "AVAILABLE", "TAKEN", "availability_time", '"available"', "availableSpot"):
         assert word not in text
     assert not re.search(r'"status": "(free|occupied)"|"has_realtime_data": true|observationDateTime', text)
