@@ -29,7 +29,7 @@ export class StallsView extends View {
     const newest = this.listed.value?.surveys.find((row) => row.left_out_code === "");
     if (newest) {
       this.shown.ask(newest.id, () => this.source.onMap(newest.id));
-      this.sections.ask(`${newest.id} ${this.revision}`, () => this.source.sections(newest.id));
+      if (!this.listed.waiting) this.sections.ask(`${newest.id} ${this.revision}`, () => this.source.sections(newest.id));
     }
     if (stall !== "") this.looks.ask(`${stall} ${this.revision}`, () => this.source.looks(stall));
   }

@@ -43,7 +43,8 @@ export class SurveysView extends View {
     const survey = this.chosen()?.id ?? (this.about.problem === "" ? named : "");
     if (survey === "") return;
     this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
-    this.sections.ask(`${lot} ${survey} ${this.revision}`, () => this.source.sections(survey));
+    const isThere = !this.about.waiting || this.about.value === null; // it may be the one that was just deleted
+    if (isThere) this.sections.ask(`${lot} ${survey} ${this.revision}`, () => this.source.sections(survey));
     this.films.ask(lot, () => this.source.recordings());
   }
 
