@@ -77,6 +77,7 @@ async def opened(browser: Browser, address: str, name: str = "Ann", size: Any = 
 async def open_editor(page: Page) -> None:
     """Open the editor of the lot from the table of stalls."""
     tab = page.get_by_role("tab", name=re.compile("^(Stalls|Places)$")).locator("visible=true")
+    await expect(tab.or_(button(page, "Menu")).first).to_be_visible()  # Fly is read after the page
     if not await tab.count():
         await press(page, "Menu")
     await tab.first.click()
