@@ -189,14 +189,7 @@ def cds_spaces(survey: ExportRecord) -> dict[str, Any]:
     """Return the stalls as CDS curb spaces of one curb zone, the lot; times are milliseconds of Unix."""
     ended = round(survey.ended * 1000)
     spaces = [_cds_space(number, stall, survey.lot_id, ended) for number, stall in enumerate(survey.stalls, 1)]
-    return {
-        "version": CDS_VERSION,
-        "time_zone": survey.time_zone,
-        "last_updated": ended,
-        "currency": "USD",
-        "author": survey.software,
-        "data": {"spaces": spaces},
-    }
+    return _cds(survey, {"spaces": spaces})
 
 
 def _cds_space(number: int, stall: Observation, zone: str, ended: int) -> dict[str, Any]:
@@ -222,13 +215,18 @@ def cds_zones(survey: ExportRecord) -> dict[str, Any]:
     A zone has no policy: hawk knows none. Its available spaces are those that the gaps have room for.
     """
     ended = round(survey.ended * 1000)
+    return _cds(survey, {"zones": [_cds_zone(each, ended) for each in survey.sections]})
+
+
+def _cds(survey: ExportRecord, data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return an answer of CDS about a survey."""
     return {
         "version": CDS_VERSION,
         "time_zone": survey.time_zone,
-        "last_updated": ended,
+        "last_updated": round(survey.ended * 1000),
         "currency": "USD",
         "author": survey.software,
-        "data": {"zones": [_cds_zone(each, ended) for each in survey.sections]},
+        "data": data,
     }
 
 

@@ -20,6 +20,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Final, Protocol
 
+from hawk.runtime.process import set_session_niceness
+
 MODULE: Final = "hawk.formats.box"
 REFUSED: Final = 3
 """Exit status of a file that cannot be used; the output says the field and the reason."""
@@ -174,9 +176,7 @@ def main(reader: str, asked: str, limits: str) -> int:
     with contextlib.suppress(OSError):
         os.nice(NICENESS)
         Path("/proc/self/oom_score_adj").write_text("1000", "ascii")  # where memory is short, this process ends first
-    with contextlib.suppress(OSError):
-        # of a session of its own: else Linux gives that as much of the processor as the daemon's (sched(7), autogroup)
-        Path("/proc/self/autogroup").write_text(str(NICENESS), "ascii")
+    set_session_niceness(NICENESS)  # it is of a session of its own
     enter(Limits(**json.loads(limits)))
     warnings.simplefilter("ignore")  # of packages about a stranger's file: nobody reads them here
     try:

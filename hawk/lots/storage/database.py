@@ -85,7 +85,7 @@ class Database:
                 (`check_whole`). None: all is searched.
         """
         self.path = path
-        self.notice, self.damage, self._migrated = "", "", ""
+        self.damage, self._migrated = "", ""
         self.damaged: tuple[Part, ...] = ()
         self._patience_s = patience_s
         self._search = DamageSearch()
@@ -97,11 +97,7 @@ class Database:
         with explained(path):
             version = self._version()
         self.is_read_only = version > VERSION
-        if self.is_read_only:
-            self.notice = (
-                f"{path} is of version {version}, of a newer hawk-drone; this one knows version {VERSION}. It is only "
-                f"read, and no survey is added. Install the newer hawk-drone again"
-            )
+        self.notice = _newer(path, version) if self.is_read_only else ""
         self.has_left_wal = False
         self._file = self.path.stat().st_ino
         self._engine = self._open()
@@ -294,6 +290,13 @@ def read_only(path: Path, *, check_same_thread: bool = True) -> sqlite3.Connecti
     """Open a file that is there and never write it. Raises sqlite3.Error."""
     address = f"file:{quote(str(path.absolute()))}?mode=ro"
     return sqlite3.connect(address, uri=True, timeout=BUSY_S, check_same_thread=check_same_thread)
+
+
+def _newer(path: Path, version: int) -> str:
+    return (
+        f"{path} is of version {version}, of a newer hawk-drone; this one knows version {VERSION}. It is only "
+        f"read, and no survey is added. Install the newer hawk-drone again"
+    )
 
 
 def check(path: Path, remedy: str = _RESTORE, *, looks_at_pages: bool = True) -> int:

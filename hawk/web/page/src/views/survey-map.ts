@@ -190,17 +190,14 @@ export class SurveyMap extends LitElement {
 
   /** The sections on the survey's map: while the plan is open the plan's are there. Returns whether they are the first ones. */
   private showSections(): boolean {
-    const [pane] = this.panes;
     const plane = this.source?.plane;
+    const before = this.shapes.length;
     if (this.sections !== this.drawnSections || plane !== this.drawnPlane || language() !== this.spoken) {
       Object.assign(this, { drawnSections: this.sections, drawnPlane: plane, spoken: language() });
-      const before = this.shapes.length;
       this.shapes = plane ? shapesOf(this.sections, plane) : [];
-      pane?.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
-      return before === 0 && this.shapes.length > 0;
     }
-    pane?.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
-    return false;
+    this.panes[0]?.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
+    return before === 0 && this.shapes.length > 0;
   }
 
   /** The plan lies where the survey does: their frames are those of the lot. */
