@@ -110,7 +110,7 @@ async def done(page: Page) -> None:
 async def test_rows_are_numbered_as_painted_by_mouse_and_keys(
     browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
 ) -> None:
-    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    _, address = await fake("ready", "--lots", str(tmp_path / "lots.db"))
     store, page = Store(address), await opened(browser, address)
     errors = watch(page)
     await correct(page)
@@ -148,7 +148,7 @@ async def test_rows_are_numbered_as_painted_by_mouse_and_keys(
 async def test_a_plan_is_corrected_by_mouse_and_keys(
     browser: Browser, fake: Any, tmp_path: Path, screenshots: Path
 ) -> None:
-    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    _, address = await fake("ready", "--lots", str(tmp_path / "lots.db"))
     store, page = Store(address), await opened(browser, address)
     errors = watch(page)
     await correct(page)
@@ -362,7 +362,7 @@ async def faults_of(page: Page, picture: Path) -> list[str]:
 
 async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_path: Path, screenshots: Path) -> None:
     """The lot's own export, its stalls with the owner's numbers."""
-    _, address = await fake("landed", "--lots", str(tmp_path / "lots.db"))
+    _, address = await fake("ready", "--lots", str(tmp_path / "lots.db"))
     store, page = Store(address), await opened(browser, address)
     chooser: asyncio.Future[FileChooser] = asyncio.get_running_loop().create_future()
     # the browser takes some time until it hands a chooser over

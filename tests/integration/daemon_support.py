@@ -41,13 +41,22 @@ maximum_m = 10.0
 minimum_height_m = 20.0
 """
 """Settings for flights on which nothing is to be seen: below its least height vision has no work."""
-LOW = f"""{LOW_HEIGHTS}
+
+
+def low(operator_timeout_s: float = 4.0, operator_hold_s: float = 6.0) -> str:
+    """Return the same with little patience, seconds of the drone: a lost operator shows soon.
+
+    At `SPEED`, a page that draws for 1.3 s would be lost.
+    """
+    return f"""{LOW_HEIGHTS}
 [operator]
-operator_timeout_s = 4.0
-operator_hold_s = 6.0
+operator_timeout_s = {operator_timeout_s}
+operator_hold_s = {operator_hold_s}
 control_lease_s = 8.0
 """
-"""The same with little patience: a lost operator shows soon. At `SPEED`, a page that draws for 1.3 s would be lost."""
+
+
+LOW = low()
 
 
 class PatientStack(SimulatedStack):
