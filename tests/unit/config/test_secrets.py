@@ -40,7 +40,8 @@ from hawk.store.recordings import Recordings
 from hawk.store.replay import read_metadata
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from hawk.web.app import Page, create_app
-from hawk.webhooks.sender import SenderTimes, WebhookSender
+from hawk.webhooks.delivery import SenderTimes
+from hawk.webhooks.sender import WebhookSender
 from proving.api.served import filled
 from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
