@@ -19,9 +19,9 @@ class Operation:
     """An address. ``path`` begins below `hawk.web.v1.answers.ROOT`; ``tag`` is its group in the documentation.
 
     ``answer``: type of the answer; None for a file, which is of one of the ``content_types``. ``body_type``: that of
-    the body. ``takes_file``: the body is a file, whatever it holds. ``has_tag``: the answer has an ETag. ``for_operators``:
-    viewers may not read it. ``for_drones``: drones alone may do it. ``is_open``: a field of the path is a link's token,
-    and no login is asked for.
+    the body. ``takes_file``: the body is a file, whatever it holds. ``has_tag``: the answer has an ETag.
+    ``for_operators``: viewers may not read it. ``for_drones``: drones alone may do it. ``is_open``: a field of the
+    path is a link's token, and no login is asked for.
     """
 
     method: str

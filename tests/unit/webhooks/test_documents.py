@@ -83,8 +83,8 @@ async def running(sender: DocumentSender) -> AsyncIterator[None]:
 
 
 @pytest.fixture
-async def line(tmp_path: Path, rig: Rig) -> AsyncIterator[Line]:
-    desk = tmp_path / "desk"
+async def line(tmp_path: Path) -> AsyncIterator[Line]:
+    desk, rig = tmp_path / "desk", Rig()
     centre = rig.lots = LotStore(desk / "lots.db", find_stalls)
     rig.collects, rig.folder = True, desk
     stand = Stand(rig, desk)
@@ -94,14 +94,10 @@ async def line(tmp_path: Path, rig: Rig) -> AsyncIterator[Line]:
     drone, store = Drone.at(path), LotStore(path)
     yield Line(drone, store, centre, tmp_path, str(server.make_url("/")))
     await stand.close()
+    await server.close()
     await store.close()
     await centre.close()
     drone.store.close()
-
-
-@pytest.fixture
-def rig() -> Rig:
-    return Rig()
 
 
 async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_later(line: Line) -> None:
@@ -237,8 +233,8 @@ async def test_a_document_that_cannot_be_made_is_said_and_holds_up_no_other_one(
     ("given", "words"),
     [
         ({"url": "https://desk.example/"}, "token_file is missing"),
-        ({"url": "http://desk.example/", "token_file": "/t"}, "url must begin with https://"),
-        ({"url": "http://127.0.0.1.example/", "token_file": "/t"}, "url must begin with https://"),
+        ({"url": "http://desk.example/", "token_file": "/t"}, "must begin with https://"),
+        ({"url": "http://127.0.0.1.example/", "token_file": "/t"}, "must begin with https://"),
         ({"kbit_s": -1}, "greater than or equal to 0"),
     ],
 )
