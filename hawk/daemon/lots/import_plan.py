@@ -133,8 +133,8 @@ def _shown(found: Preview) -> None:
     if found.plan.stalls:
         print(_effects("stalls", len(shown.begin), len(shown.stay), shown.same, len(shown.end)))
     if found.plan.sections:
-        effects = Counter(each.effect for each in shown.sections)
-        print(_effects("sections", effects["begin"], effects["change"], shown.same_sections, effects["end"]))
+        effects = Counter(each.change for each in shown.sections)
+        print(_effects("sections", effects["begin"], effects["stay"], shown.same_sections, effects["end"]))
     for title, named, count in (
         ("left out", shown.left_out, shown.left_out_count), ("refused", shown.clashes, shown.clash_count),
     ):  # fmt: skip

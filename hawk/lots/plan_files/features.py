@@ -1,4 +1,4 @@
-"""Features of a file with a plan, told apart by their properties: outlines of stalls, and sections."""
+"""Features of a file with a plan, by their properties outlines of stalls, or sections."""
 
 from __future__ import annotations
 

@@ -149,7 +149,7 @@ def _facts(known: Mapping[str, str], name: str, notes: Notes) -> SectionFacts:
 
 
 def _note(known: Mapping[str, str], kind: str, name: str, notes: Notes) -> str | None:
-    """Return the words about a section, with the kind that is none of a section: permit, loading, disabled."""
+    """Return the words about a section, and the kind that no section has: permit, loading, disabled."""
     access = known.get("access", "")
     disabled = known.get("capacity:disabled", "")
     said = [

@@ -54,11 +54,12 @@ class EndingShape(PlanShape):
 
 
 class SectionShape(Shown):
-    """A section that the plan would have besides, otherwise, or no more: in the lot's frame, metres. `former`: its
-    name in the plan, empty where it begins.
+    """A section that the plan would have besides, otherwise (`stay`), or no more: metres in the frame of the lot.
+
+    `former`: its name in the plan, empty where it begins.
     """
 
-    effect: Literal["begin", "change", "end"]
+    change: Literal["begin", "stay", "end"]
     name: str
     former: str
     outline: Ring

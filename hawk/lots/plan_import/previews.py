@@ -138,7 +138,7 @@ def _sections(draft: Draft) -> Iterator[SectionShape]:
         if is_ended and each.id in begun:
             continue
         yield SectionShape(
-            effect="end" if is_ended else "change" if each.id in former else "begin",
+            change="end" if is_ended else "stay" if each.id in former else "begin",
             name=each.name, former=former[each.id].name if each.id in former else "",
             outline=each.outline, kind=each.kind, length_m=each.length_m, capacity=each.capacity,
             is_capacity_given=each.is_capacity_given, note=each.note,

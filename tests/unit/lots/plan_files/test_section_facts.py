@@ -16,7 +16,7 @@ def area(**facts: object) -> tuple[SectionFacts | None, list[str]]:
 
 def line(facts: Facts) -> tuple[list[SectionFacts], list[str]]:
     notes = Notes()
-    return line_facts(facts, "way 7", notes, Roads()), [f"{each.name}: {each.reason}" for each in notes.left_out]
+    return line_facts(facts, "road 7", notes, Roads()), [f"{each.name}: {each.reason}" for each in notes.left_out]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_a_property_that_cannot_be_used_is_named_with_its_remedy_and_the_section
     assert (found.capacity, found.metres) == (None, None)
 
 
-def test_a_kind_that_is_none_of_a_section_is_a_word_about_it() -> None:
+def test_a_kind_that_no_section_has_is_a_word_about_it() -> None:
     """Permit, loading, disabled: nothing of it is lost."""
     found, notes = area(amenity="parking", kind="loading", access="private", **{"capacity:disabled": "2"})
     assert found is not None
@@ -94,7 +94,7 @@ def test_a_line_is_a_strip_of_its_side_and_width() -> None:
     assert [(each.title, each.capacity, each.strip) for each in both] == [
         ("Elm (left)", None, Strip("left", 2.5)), ("Elm (right)", None, Strip("right", 2.5)),
     ]  # fmt: skip
-    assert notes == ["way 7: capacity: is of both sides together: draw a line for each side, with its own"]
+    assert notes == ["road 7: capacity: is of both sides together: draw a line for each side, with its own"]
 
 
 @pytest.mark.parametrize(
@@ -107,7 +107,7 @@ def test_a_line_is_a_strip_of_its_side_and_width() -> None:
 def test_a_line_without_a_side_is_left_out_with_the_remedy(facts: Facts, words: str) -> None:
     found, (note,) = line(facts)
     assert found == []
-    assert note.startswith(f"way 7: {words}")
+    assert note.startswith(f"road 7: {words}")
 
 
 ROAD = {"highway": "residential", "name": "Elm Street", "width": "9"}
@@ -160,7 +160,7 @@ def test_the_sides_of_a_road_have_what_the_map_says_of_each() -> None:
 def test_a_side_that_cannot_be_read_is_named(tags: Facts, words: str) -> None:
     _, notes = line({**ROAD, **tags})
     assert words in notes[0]
-    assert notes[0].startswith("way 7")
+    assert notes[0].startswith("road 7")
 
 
 @pytest.mark.parametrize("value", ["no", "separate"])
@@ -173,7 +173,7 @@ def test_the_parts_of_a_street_have_names_of_their_own() -> None:
     titles = [
         each.title
         for _ in range(2)
-        for each in line_facts({"name": "Elm", "parking:both": "lane"}, "way 1", notes, roads)
+        for each in line_facts({"name": "Elm", "parking:both": "lane"}, "road 1", notes, roads)
     ]
     assert titles == ["Elm (left)", "Elm (right)", "Elm (left) 2", "Elm (right) 2"]
     assert roads.without_width == 4

@@ -48,7 +48,7 @@ def ground(found: PlanFile, section: FileSection) -> Polygon:
     return Polygon(frame_of((52.0, 5.0), found.datum).of(np.array(section.ring)))
 
 
-def way(number: int, line: list[tuple[float, float]], **tags: str) -> str:
+def road(number: int, line: list[tuple[float, float]], **tags: str) -> str:
     """Return the nodes of a line (north, east) and the element that joins them."""
     closed = outline(number, [*line, line[0]], **tags)
     return closed.replace(f'<nd ref="{number * 10}"/>', "", 1).replace(
@@ -96,7 +96,7 @@ def test_a_car_park_with_stalls_is_no_section_and_one_without_is() -> None:
 
 def test_a_road_of_openstreetmap_has_a_strip_on_each_side() -> None:
     tags = {"highway": "residential", "name": "Elm", "width": "9", "parking__both": "lane"}
-    found = plan(osm(way(7, KERB, **tags, parking__both__orientation="parallel")))
+    found = plan(osm(road(7, KERB, **tags, parking__both__orientation="parallel")))
     left, right = found.sections
     assert [each.facts.title for each in found.sections] == ["Elm (left)", "Elm (right)"]
     for section, edge in ((left, 12.0), (right, 8.0)):  # the middle of the road is at 10 m, the parking 2 to 4.5 m off
@@ -107,7 +107,7 @@ def test_a_road_of_openstreetmap_has_a_strip_on_each_side() -> None:
 
 def test_roads_without_a_width_are_said_once() -> None:
     tags = {"highway": "residential", "parking__both": "lane"}
-    found = plan(osm(way(7, KERB, **tags), way(8, [(90.0, 0.0), (90.0, 30.0)], **tags)))
+    found = plan(osm(road(7, KERB, **tags), road(8, [(90.0, 0.0), (90.0, 30.0)], **tags)))
     assert len(found.sections) == 4
     assert [each.split(",")[0] for each in left_out(found)] == ["roads: width: is missing of 4 sides"]
 
@@ -162,7 +162,7 @@ def test_more_sections_than_a_survey_can_count_are_refused() -> None:
 
 def test_a_road_that_bends_more_than_it_is_wide_is_left_out() -> None:
     bent = [(0.0, 0.0), (0.0, 30.0), (1.0, 30.0), (1.0, 0.5)]
-    found = plan(osm(outline(1, row(1)[0], amenity="parking_space"), way(7, bent, parking__left="lane", width="9")))
+    found = plan(osm(outline(1, row(1)[0], amenity="parking_space"), road(7, bent, parking__left="lane", width="9")))
     assert len(found.stalls) == 1
     assert "way 7: " in left_out(found)[0]
 

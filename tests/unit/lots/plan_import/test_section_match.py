@@ -43,14 +43,14 @@ def sections(person: Importer) -> dict[str, Json]:
 def effects(person: Importer, *features: Json, **asked: str) -> tuple[list[tuple[str, str]], int]:
     """Return the effect of a file on each section that it changes, and the number of those that are so already."""
     shown = person.shown(geojson(features), **asked)
-    return [(each["effect"], each["name"]) for each in shown["sections"]], shown["same_sections"]
+    return [(each["change"], each["name"]) for each in shown["sections"]], shown["same_sections"]
 
 
 def test_a_file_of_sections_is_taken_undone_done_again_and_the_second_time_nothing(person: Importer) -> None:
     data = geojson([kerb(capacity=9, note="permit"), yard()])
     before = person.plan()
     shown = person.shown(data)
-    assert [(each["effect"], each["name"], each["capacity"]) for each in shown["sections"]] == [
+    assert [(each["change"], each["name"], each["capacity"]) for each in shown["sections"]] == [
         ("begin", "Elm", 9), ("begin", "Yard", 30),
     ]  # fmt: skip
     assert person.plan() == before
@@ -90,7 +90,7 @@ def test_a_section_is_known_again_by_its_ground_or_by_its_name_where_both_touch(
     before = sections(person)
     renamed = yard(name="Court", capacity=None)
     longer = kerb([(20.0, 0.0), (20.0, 130.0)])
-    assert effects(person, longer, renamed) == ([("change", "Elm"), ("change", "Court")], 0)
+    assert effects(person, longer, renamed) == ([("stay", "Elm"), ("stay", "Court")], 0)
     person.take(geojson([longer, renamed]))
     after = sections(person)
     assert after["Elm"]["id"] == before["Elm"]["id"]
