@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
 from hawk.lots.plan.operations import LONGEST_NOTE, MOST_PLACES, STRIP_WIDTHS_M
 from hawk.lots.plan.values import SectionKind
@@ -88,6 +88,11 @@ def is_line(facts: Facts) -> bool:
                for key in map(str.lower, map(str, facts)))  # fmt: skip
 
 
+def capacity_said(facts: Mapping[str, Any]) -> int | None:
+    """Return the number of places that properties say; None where they say none, or one that cannot be."""
+    return _places(_first(lowered(facts), CAPACITY_KEYS), "", Notes())
+
+
 def area_facts(facts: Facts, name: str, notes: Notes) -> SectionFacts | None:
     """Return a section that is an area; None, which is noted, for one that is not seen from above.
 
@@ -122,7 +127,7 @@ def line_facts(facts: Facts, name: str, notes: Notes, roads: Roads) -> list[Sect
     ]
 
 
-def lowered(facts: Facts) -> dict[str, str]:
+def lowered(facts: Mapping[str, Any]) -> dict[str, str]:
     """Return properties as text, by their names in small letters; those that say nothing are left out, but ``note``."""
     texts = {
         str(key).lower(): str(value) if isinstance(value, bool) else plain_text(value) for key, value in facts.items()
