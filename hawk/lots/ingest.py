@@ -13,7 +13,6 @@ from typing import Any, Final
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
 from hawk.lots.labels import lasting_labels
-from hawk.lots.names import free_name
 from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import SHAPE
@@ -37,6 +36,7 @@ from hawk.lots.values import (
     Registration,
     Saved,
     fitting_name,
+    free_name,
     new_id,
     pack_stalls,
     pack_vehicles,

@@ -528,6 +528,7 @@ export interface Messages {
   "plan-import": Record<string, never>;
   "plan-import-reads": Record<string, never>;
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
+  "plan-import-sections": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-doubt": Record<string, never>;
   "plan-import-left": { count: number };
   "plan-import-clashes": { count: number };
