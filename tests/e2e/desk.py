@@ -14,7 +14,7 @@ from tests.pace import PATIENCE_S
 
 @asynccontextmanager
 async def desk_of(folder: Path) -> AsyncIterator[str]:
-    """Serve the store of a folder; yield the page's address. It must end by itself when it is told to."""
+    """Serve the store of a folder; yield the page's address. It must end by itself on SIGTERM."""
     command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(folder)]
     process = await asyncio.create_subprocess_exec(
         *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}

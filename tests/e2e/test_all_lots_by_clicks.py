@@ -35,8 +35,10 @@ def store_of_lots(path: Path) -> None:
     store = Database(path)
     for number, name in enumerate(NAMES):
         datum = GlobalPose(52.0 + 0.01 * number, 5.0 + 0.003 * number, 0.0)
-        ground = {"outline": box(-14, -3, 18, 54, datum), "seen_ground": box(-22, -15, 36, 78, datum)}
-        flown = replace(survey(f"{number:06d}-20260504T103000Z", seed=number), datum=datum, title=name, **ground)
+        flown = replace(
+            survey(f"{number:06d}-20260504T103000Z", seed=number),
+            datum=datum, title=name, outline=box(-14, -3, 18, 54, datum), seen_ground=box(-22, -15, 36, 78, datum),
+        )  # fmt: skip
         with store.writing() as connection:
             assert save(connection, flown, None).lot
     with store.writing() as connection:

@@ -91,7 +91,7 @@ export class LotsMap {
   }
 }
 
-/** The least of any number of values: so many are no arguments of a function. */
+/** The least of values: ten thousand are too many arguments for a function. */
 function least(values: readonly number[]): number {
   return values.reduce((one, other) => Math.min(one, other), Infinity);
 }

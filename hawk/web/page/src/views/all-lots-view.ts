@@ -13,7 +13,7 @@ import { type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
 
 const ZOOM = 1.6;
 const LONGEST_BAR_PX = 120;
-/** So many lots are listed first: a person searches among more. */
+/** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
 const ORDERS: readonly LotOrder[] = ["name", "free", "seen"];
 
