@@ -27,10 +27,10 @@ class CutError(BaseException):
 
 def map_report(survey: str, **changes: Any) -> MapReport:
     """Return what the command says of a survey."""
-    values: dict[str, Any] = {
-        "lot_name": "yard", "stalls": 3, "free": 1, "taken": 2, "unknown": 0, "free_range": (1, 2), "time_is_sure": True,
-        "notes": (), "left_out": (), "store": "Stored in store as the first survey of yard", "stored_survey": survey,
-    }  # fmt: skip
+    counts = {"stalls": 3, "free": 1, "taken": 2, "unknown": 0, "free_range": (1, 2)}
+    said = {"lot_name": "yard", "time_is_sure": True, "notes": (), "left_out": ()}
+    stored = {"store": "Stored in store as the first survey of yard", "stored_survey": survey}
+    values: dict[str, Any] = {**counts, **said, **stored}
     return MapReport.model_validate(values | changes)
 
 
