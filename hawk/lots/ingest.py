@@ -118,7 +118,7 @@ def _numbered_as_before(
 ) -> FinishedSurvey:
     """Return a survey by pictures that replaces the one that made a lot; a stall in its place has its former number.
 
-    A mapping numbers stalls in the order in which it finds them: with more pictures, all of them anew.
+    A mapping numbers stalls in the order in which it finds them: with more pictures, all of them have other numbers.
     """
     lot, looked = before["lot"], Findings.of(survey)
     if is_damaged(connection, "lot", lot):

@@ -171,9 +171,9 @@ def _source(text: str) -> Path:
     return found
 
 
-def _flight(text: str) -> errors.FlightIdentity:
+def _flight(text: str) -> errors.FlightId:
     try:
-        return TypeAdapter(errors.FlightIdentity).validate_json(text)
+        return TypeAdapter(errors.FlightId).validate_json(text)
     except ValueError as error:
         raise argparse.ArgumentTypeError(f"is no identity of a flight: {error}") from None
 

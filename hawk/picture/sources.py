@@ -29,7 +29,7 @@ from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import survey_shots
 from hawk.picture.shot_detections import Files, Pictures
-from hawk.picture.values import FlightIdentity, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
+from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
@@ -58,7 +58,7 @@ class MapRequest:
     focal35_mm: float | None = None
     name: str | None = None
     taken: float | None = None
-    flight: FlightIdentity | None = None
+    flight: FlightId | None = None
     now: float = field(default_factory=time.time)
 
 

@@ -123,7 +123,7 @@ class ShotSet:
 
 
 @dataclass(frozen=True, slots=True)
-class FlightIdentity:
+class FlightId:
     """Identity of a flight whose pictures may arrive in parts: its survey with more of them replaces the former one.
 
     ``name``: for its lot. ``datum``: latitude and longitude of the survey's frame, degrees; None: the pictures' middle.
@@ -150,7 +150,7 @@ class Provenance:
     height_m: float | None = None
     title: str = ""
     ended: float | None = None
-    flight: FlightIdentity | None = None
+    flight: FlightId | None = None
 
     @property
     def own_name(self) -> str:

@@ -7,6 +7,7 @@ was cut off. The store takes a flight's survey by the flight's id: mapped again,
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
 import uuid
@@ -53,8 +54,8 @@ class Mapper(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class InboxEvent:
-    """What became of a flight, or why the inbox waits. ``flight``: name, "" for the inbox itself."""
+class InboxNotice:
+    """State of a flight, or the reason for which the inbox waits. ``flight``: name, "" for the inbox itself."""
 
     flight: str
     outcome: str
@@ -63,7 +64,7 @@ class InboxEvent:
 
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """What the inbox asks and tells others.
+    """Parts that the inbox works with.
 
     ``has_survey``: whether the store has the survey of an id; raises PictureError. ``free``: bytes left for a folder.
     ``now``: Unix seconds.
@@ -71,7 +72,7 @@ class Surroundings:
 
     mapper: Mapper
     has_survey: Callable[[str], bool]
-    say: Callable[[InboxEvent], None]
+    say: Callable[[InboxNotice], None]
     now: Callable[[], float]
     free: Callable[[Path], int] = field(default=lambda folder: shutil.disk_usage(folder).free)
 
@@ -89,9 +90,12 @@ class Inbox:
         self._journal = journal
         self._reader = reader
         self._around = around
-        self._waits: set[InboxEvent] = set()
+        self._waits: set[InboxNotice] = set()
         for name in PLACES:
-            (self._root / name).mkdir(exist_ok=True)
+            place = self._root / name
+            if place.is_symlink():
+                raise OSError(errno.ELOOP, "is a link, perhaps to where others may not write: remove it", str(place))
+            place.mkdir(exist_ok=True)
 
     def step(self, now: float) -> bool:
         """Take what has settled, map one flight; return whether one was mapped or failed.
@@ -103,9 +107,9 @@ class Inbox:
                 self._take(drop)
             return any(self._is_ended(flight) for flight in self._journal.unfinished())
         except PictureError as error:  # of the store or the disk: no other flight would fare better
-            self._tell("", "waits", str(error))
+            self._say("", "waits", str(error))
         except OSError as error:
-            self._tell("", "waits", _words(error, self._root))
+            self._say("", "waits", _words(error, self._root))
         return False
 
     def _is_ended(self, flight: Flight) -> bool:
@@ -114,7 +118,7 @@ class Inbox:
             if self._bring(flight) and (current := self._journal.flight(flight.id)) is not None:
                 return self._finish(current)
         except OSError as error:  # of this flight: the next one goes on
-            self._tell(flight.name, "waits", _words(error, self._root))
+            self._say(flight.name, "waits", _words(error, self._root))
         return False
 
     # -- from the inbox to a flight -----------------------------------------------------------------------------------
@@ -145,7 +149,7 @@ class Inbox:
             self._journal.map_again(known)
         is_here = self._is_here(known)
         mine = {digest for digest, owner in owners.items() if owner == known.id} if is_here else set()
-        self._journal.join(known, part, self._moves(part, known.name, mine), is_anew=not is_here)
+        self._journal.join(known, part, self._moves(part, known.name, mine), has_others=is_here)
         return self._journal.flight(known.id)
 
     def _known(self, part: Part, owners: dict[str, str]) -> Flight | None:
@@ -220,7 +224,7 @@ class Inbox:
                 if move.digest is not None:
                     vanished.append(move.digest)
             except OSError as error:
-                self._tell(
+                self._say(
                     flight.name, "waits", f"{move.source} cannot be moved ({error.strerror}): let hawk write its folder"
                 )
                 return False
@@ -257,7 +261,7 @@ class Inbox:
             return self._lose(flight, home)
         if words := self._full():
             raise PictureError(words)
-        self._tell(flight.name, "begins", f"{self._journal.count(flight)} pictures")
+        self._say(flight.name, "begins", f"{self._journal.count(flight)} pictures")
         result = self._around.mapper(flight, home)
         if result.is_stopped:
             return False
@@ -273,7 +277,7 @@ class Inbox:
             raise PictureError(words)
         if result.signal and flight.tries + 1 < MOST_TRIES:
             self._journal.note_try(flight)
-            self._tell(flight.name, "waits", f"{result.words}; it is tried again")
+            self._say(flight.name, "waits", f"{result.words}; it is tried again")
             return False
         folder = self._root / FAILED / flight.name
         words = result.words.replace(str(self._root / MAPPING / flight.name), str(folder))
@@ -306,7 +310,7 @@ class Inbox:
             for folder in (place, home.parent):
                 sync_folder(folder)
         self._journal.end(flight, state, name)
-        self._tell(flight.name, state.value, words)
+        self._say(flight.name, state.value, words)
         return True
 
     # -- what is said -------------------------------------------------------------------------------------------------
@@ -321,9 +325,9 @@ class Inbox:
                 )
         return ""
 
-    def _tell(self, flight: str, outcome: str, words: str) -> None:
+    def _say(self, flight: str, outcome: str, words: str) -> None:
         """Say an event; why something waits is said once until a flight ends."""
-        event = InboxEvent(flight, outcome, words)
+        event = InboxNotice(flight, outcome, words)
         if event in self._waits:
             return
         if outcome == "waits":

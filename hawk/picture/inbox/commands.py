@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from hawk.config.sections import ConfigError
-from hawk.picture.inbox.app import Inbox, InboxEvent, Surroundings
+from hawk.picture.inbox.app import Inbox, InboxNotice, Surroundings
 from hawk.picture.inbox.flights import FlightReader
 from hawk.picture.inbox.folder import SETTLE_S, Folder
 from hawk.picture.inbox.journal import FILE, Journal
@@ -60,7 +60,7 @@ def watch(options: argparse.Namespace, passed_on: Sequence[str]) -> int:
             with Journal(options.store) as journal:
                 folder = Folder(options.watch, settle_s)
                 inbox = Inbox(folder, options.store, journal, reader, around)
-                _say(InboxEvent("", "watches", f"{options.watch} into {options.store}"), as_json=options.json)
+                _say(InboxNotice("", "watches", f"{options.watch} into {options.store}"), as_json=options.json)
                 while not stop.is_set():
                     if not inbox.step(time.monotonic()):
                         stop.wait(min(settle_s / LOOKS, MOST_LOOK_S))
@@ -68,7 +68,8 @@ def watch(options: argparse.Namespace, passed_on: Sequence[str]) -> int:
             words = f"{options.store / FILE} {error}; see that the disk is whole and has room"
             raise ConfigError(f"--store: {words}") from error
         except OSError as error:
-            raise ConfigError(f"--watch: {options.watch}: {error.strerror or error}; let hawk write in it") from error
+            words = f"{error.filename or options.watch} {error.strerror or error}; let hawk write in {options.watch}"
+            raise ConfigError(f"--watch: {words}") from error
     return 0
 
 
@@ -101,7 +102,7 @@ def _stopped_by_signals(stop: threading.Event) -> Iterator[None]:
             signal.signal(number, handler)
 
 
-def _say(event: InboxEvent, *, as_json: bool) -> None:
+def _say(event: InboxNotice, *, as_json: bool) -> None:
     if as_json:
         print(
             json.dumps({"event": "inbox", "flight": event.flight, "outcome": event.outcome, "text": event.words}),

@@ -38,7 +38,7 @@ _VRT: Final = ".vrt"
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Where and when a photograph was taken: degrees, Unix seconds by the camera's clock. ``kind``: camera and lens."""
+    """Place and time of a photograph: degrees, Unix seconds by the camera's clock. ``kind``: camera and lens."""
 
     kind: str
     time: float

@@ -180,10 +180,10 @@ class Journal:
             )
             self._plan(copy, moves)
 
-    def join(self, flight: Flight, part: Part, moves: Sequence[Move], *, is_anew: bool) -> None:
-        """Add a part to a flight, which is to be mapped again. ``is_anew``: its other pictures are gone."""
+    def join(self, flight: Flight, part: Part, moves: Sequence[Move], *, has_others: bool) -> None:
+        """Add a part to a flight, which is to be mapped again. ``has_others``: its other pictures are there."""
         with self._writing():
-            if is_anew:
+            if not has_others:
                 self._base.execute("DELETE FROM picture WHERE flight = ?", (flight.id,))
             self._set(flight, state=State.MAPPING, parts=flight.parts + 1)
             self._take(flight.id, part, moves)

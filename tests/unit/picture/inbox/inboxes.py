@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from hawk.picture.inbox.app import Inbox, InboxEvent, Surroundings
+from hawk.picture.inbox.app import Inbox, InboxNotice, Surroundings
 from hawk.picture.inbox.flights import FlightReader
 from hawk.picture.inbox.folder import Folder
 from hawk.picture.inbox.journal import PICTURES, Flight, Journal
 from hawk.picture.inbox.map_process import MapReport, MapResult
-from tests.unit.picture.photographs.photos import flight
+from tests.unit.picture.photographs.photos import flight as photographed
 
 SETTLE_S = 10.0
 
@@ -42,16 +42,16 @@ class Store:
     mapped: list[str] = field(default_factory=list)
     says: list[MapResult] = field(default_factory=list)
 
-    def __call__(self, one: Flight, home: Path) -> MapResult:
+    def __call__(self, flight: Flight, home: Path) -> MapResult:
         """Map the pictures of a flight's folder."""
         contents = [path.read_bytes() for path in (home / PICTURES).iterdir()]
         if self.says:
             return self.says.pop(0)
         if any(b"no picture" in each for each in contents):
             return MapResult(None, f"{home / PICTURES}: no photograph can be used")
-        self.surveys[one.id] = frozenset(contents)
-        self.mapped.append(one.name)
-        return MapResult(map_report(str(uuid.uuid5(uuid.NAMESPACE_URL, one.id))))
+        self.surveys[flight.id] = frozenset(contents)
+        self.mapped.append(flight.name)
+        return MapResult(map_report(str(uuid.uuid5(uuid.NAMESPACE_URL, flight.id))))
 
     def has(self, survey: str) -> bool:
         """Return whether the survey of an id is stored."""
@@ -64,7 +64,7 @@ class Bench:
 
     root: Path
     store: Store = field(default_factory=Store)
-    said: list[InboxEvent] = field(default_factory=list)
+    said: list[InboxNotice] = field(default_factory=list)
     now: float = 0.0
     free: int = 10**12
 
@@ -140,7 +140,7 @@ def cut_after(steps: int) -> Iterator[None]:
 def pictures(folder: Path, **how: Any) -> dict[str, bytes]:
     """Return the photographs of a flight by name."""
     folder.mkdir(parents=True, exist_ok=True)
-    return {path.name: path.read_bytes() for path in flight(folder, **how)}
+    return {path.name: path.read_bytes() for path in photographed(folder, **how)}
 
 
 def drop(folder: Path, files: dict[str, bytes]) -> None:

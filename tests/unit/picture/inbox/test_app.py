@@ -109,7 +109,7 @@ def test_a_flight_whose_survey_was_erased_is_mapped_again(bench: Bench, flights:
     assert list(bench.store.surveys.values()) == [frozenset(flights[0].values())]
 
 
-def test_what_cannot_be_mapped_is_put_aside_with_the_remedy_and_the_next_flight_goes_on(
+def test_what_cannot_be_mapped_is_moved_with_the_remedy_and_the_next_flight_goes_on(
     bench: Bench, flights: list[dict[str, bytes]]
 ) -> None:
     drop(bench.inbox / "letters", {"letter.txt": b"no picture"})
@@ -154,6 +154,14 @@ def test_a_link_out_of_the_folder_is_left_alone(bench: Bench, tmp_path: Path) ->
     bench.run()
     assert bench.said == []
     assert (tmp_path / "secret/key.jpg").exists()
+
+
+@pytest.mark.parametrize("name", ["mapping", "done", "failed"])
+def test_a_link_in_place_of_a_folder_of_the_inbox_is_refused(bench: Bench, tmp_path: Path, name: str) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    (bench.inbox / name).symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OSError, match="is a link"):
+        bench.run()
 
 
 def test_a_full_disk_waits_and_goes_on_by_itself(bench: Bench, flights: list[dict[str, bytes]]) -> None:
