@@ -398,4 +398,5 @@ async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_pat
     await press(page, "Close the edit")
     await shows(page, "The plan is closed as version 2")
     assert {each["id"]: label for label, each in (await store.stalls()).items()} == owners
+    assert all(each["is_named"] for each in (await store.stalls()).values()), "they are as painted"
     assert not errors
