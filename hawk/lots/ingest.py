@@ -6,8 +6,10 @@ a stall.
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
@@ -56,8 +58,10 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
     kept with its stalls, and no stall of the lot is observed.
     """
     before = connection.execute(select(SURVEY).where(SURVEY.c.origin == survey.origin)).mappings().first()
+    if before is not None and before["placed"] == Placed.FIRST and survey.kind is SurveyKind.PICTURE:
+        survey = _numbered_as_before(connection, before, survey, register)
     lot, placed, candidates = _place(connection, survey, before)
-    values = _row(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
+    values = survey_columns(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
     known, doubt = 0, ""
     if before is None:
         inserted = connection.execute(insert(SURVEY).values(id=new_id(), **values))
@@ -76,7 +80,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
         lot = lot or make_lot(connection, survey, seq)
         extend_layout(connection, lot, seq, survey)
     if placed is Placed.UNREGISTERED and lot is not None and register is not None:
-        outcome = _register(connection, lot, seq, survey, register, before)
+        outcome = register_survey(connection, lot, seq, survey, register, before)
         if isinstance(outcome, Registration):
             placed, known = Placed.REGISTERED, len(outcome.same)
         else:
@@ -109,6 +113,29 @@ def _place(
     return None, Placed.FIRST if is_lot else Placed.NOTHING, ()
 
 
+def _numbered_as_before(
+    connection: Connection, before: RowMapping, survey: FinishedSurvey, register: Register | None
+) -> FinishedSurvey:
+    """Return a survey by pictures that replaces the one that made a lot; a stall in its place has its former number.
+
+    A mapping numbers stalls in the order in which it finds them: with more pictures, all of them have other numbers.
+    """
+    lot, looked = before["lot"], Findings.of(survey)
+    if is_damaged(connection, "lot", lot):
+        return survey
+    outcome = None if register is None else registered(connection, lot, looked, register)
+    if not isinstance(outcome, Registration):  # both have the lot's own frame
+        outcome = placed_by(connection, lot, looked, Move())
+    made = select(STALL.c.id, STALL.c.first_id).where(STALL.c.lot == lot, STALL.c.first_survey == before["seq"])
+    numbers = {row.id: int(row.first_id) for row in connection.execute(made)}
+    former = {number: numbers[stall] for number, stall in outcome.same.items() if stall in numbers}
+    new = itertools.count(1 + max(numbers.values(), default=0))
+    return replace(
+        survey,
+        stalls=tuple(replace(one, id=former[one.id] if one.id in former else next(new)) for one in survey.stalls),
+    )
+
+
 def lot_places(connection: Connection) -> list[Parcel]:
     """Return the outlines of all lots with ground that were not merged into another one."""
     rows = connection.execute(select(LOT.c.id, LOT.c.outline).where(LOT.c.merged_into.is_(None)))
@@ -116,9 +143,10 @@ def lot_places(connection: Connection) -> list[Parcel]:
     return [each for each in places if each.outline.polygons]
 
 
-def _row(
+def survey_columns(
     survey: FinishedSurvey, lot: str | None, placed: Placed, candidates: tuple[str, ...], *, is_sure: bool
 ) -> dict[str, Any]:
+    """Return the columns of a survey that lies nowhere in its lot yet, without ``seq`` and ``id``."""
     of_lot = [stall for stall in survey.stalls if not stall.is_extra]
     states = [stall.state for stall in of_lot]
     return {
@@ -259,7 +287,7 @@ def looks_of(seq: int, keys: Mapping[int, int], stalls: Sequence[Detection]) -> 
     ]
 
 
-def _register(
+def register_survey(
     connection: Connection, lot: str, seq: int, survey: FinishedSurvey, register: Register, before: RowMapping | None
 ) -> Registration | Doubtful:
     """Store the survey's looks at the lot's stalls where it is certain which they are, else the doubt.

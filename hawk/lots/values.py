@@ -52,6 +52,14 @@ class StoreBusyError(LotStoreError):
     """A read took longer than it may, or too many wait already: it may be asked again."""
 
 
+class OtherDroneError(LotStoreError):
+    """A document is of a survey that another drone has sent, or that was stored here."""
+
+
+class ErasedError(LotStoreError):
+    """A document is of a survey or a lot that was erased here: it does not come back."""
+
+
 class BeingEditedError(LotStoreError):
     """A person edits the plan of a lot: ``who``, since ``since`` (UTC, Unix seconds)."""
 

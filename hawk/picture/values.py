@@ -123,12 +123,25 @@ class ShotSet:
 
 
 @dataclass(frozen=True, slots=True)
+class FlightId:
+    """Identity of a flight whose pictures may arrive in parts: its survey with more of them replaces the former one.
+
+    ``name``: for its lot. ``datum``: latitude and longitude of the survey's frame, degrees; None: the pictures' middle.
+    """
+
+    id: str
+    name: str
+    datum: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
 class Provenance:
     """Origin of pictures: the ``name`` of their folder or file, and its kind.
 
     ``title``: name of the lot that a person gave, "" for that of the pictures. ``ended``: moment of the last picture
     that a person says, Unix seconds; None: as the files say it, and not ``time_is_sure`` by a clock that a person set
-    and whose zone is not known. ``height_m``: above the ground, that a person gave.
+    and whose zone is not known. ``height_m``: above the ground, that a person gave. ``flight``: None where the pictures
+    themselves say which survey it is.
     """
 
     name: str
@@ -137,6 +150,7 @@ class Provenance:
     height_m: float | None = None
     title: str = ""
     ended: float | None = None
+    flight: FlightId | None = None
 
     @property
     def own_name(self) -> str:

@@ -78,6 +78,15 @@ def read_folder(
     return ShotSet(tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure)
 
 
+def flights_of(photographs: list[Photograph]) -> list[list[Photograph]]:
+    """Return the photographs of each flight and camera by time. Few of another one stay among many: `read_folder`
+    leaves them out.
+    """
+    groups = _groups(_by_time(photographs))
+    _, few = _without_few(groups) if groups else ([], [])
+    return [_by_time(photographs)] if few else groups
+
+
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
     """Return the paths of a folder's JPEGs by name, and a note on what else it holds."""
     try:

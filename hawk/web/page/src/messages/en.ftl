@@ -1739,3 +1739,24 @@ desk-silent-title = No answer from the desk for { $age }
 desk-silent-text = What is shown may be old. The page connects again by itself.
 explore-again-question = Survey the lot again?
 explore-again-meaning = { $distance } over every stall that is known, inside the fence. Hold stops it.
+
+# Lots: all of them on one map and in one table.
+all-lots = All lots
+all-lots-map =
+    { $lots ->
+        [one] Map of 1 lot
+       *[other] Map of { $lots } lots
+    }
+all-lots-whole = Show all lots
+all-lots-search = Search
+all-lots-order = Order
+all-lots-by-name = By name
+all-lots-by-free = Fullest first
+all-lots-by-seen = Longest not seen first
+all-lots-found = { $lots } of { $all } lots
+all-lots-more = Show { $lots } more
+all-lots-stalls = Stalls
+all-lots-surveys = Surveys
+all-lots-seen = Last seen
+all-lots-never = never
+all-lots-free = { $free } free

@@ -1723,3 +1723,28 @@ desk-silent-title = Pas de réponse du bureau depuis { $age }
 desk-silent-text = Ce qui est montré est peut-être ancien. La page se reconnecte seule.
 explore-again-question = Relever à nouveau le parking ?
 explore-again-meaning = { $distance } au-dessus de chaque place connue, dans la géobarrière. Stationnaire l’arrête.
+
+# Les parkings : tous sur une carte et dans un tableau.
+all-lots = Tous les parkings
+all-lots-map =
+    { $lots ->
+        [one] Carte de { $lots } parking
+       *[other] Carte de { $lots } parkings
+    }
+all-lots-whole = Montrer tous les parkings
+all-lots-search = Chercher
+all-lots-order = Ordre
+all-lots-by-name = Par nom
+all-lots-by-free = Les plus pleins d’abord
+all-lots-by-seen = Les plus anciens d’abord
+all-lots-found = { $lots } parkings sur { $all }
+all-lots-more = { $lots } de plus
+all-lots-stalls = Places
+all-lots-surveys = Relevés
+all-lots-seen = Vu le
+all-lots-never = jamais
+all-lots-free =
+    { $free ->
+        [one] { $free } libre
+       *[other] { $free } libres
+    }

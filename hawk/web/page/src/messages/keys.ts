@@ -1135,4 +1135,19 @@ export interface Messages {
   "desk-silent-text": Record<string, never>;
   "explore-again-question": Record<string, never>;
   "explore-again-meaning": { distance: string | number };
+  "all-lots": Record<string, never>;
+  "all-lots-map": { lots: number };
+  "all-lots-whole": Record<string, never>;
+  "all-lots-search": Record<string, never>;
+  "all-lots-order": Record<string, never>;
+  "all-lots-by-name": Record<string, never>;
+  "all-lots-by-free": Record<string, never>;
+  "all-lots-by-seen": Record<string, never>;
+  "all-lots-found": { lots: string | number; all: string | number };
+  "all-lots-more": { lots: string | number };
+  "all-lots-stalls": Record<string, never>;
+  "all-lots-surveys": Record<string, never>;
+  "all-lots-seen": Record<string, never>;
+  "all-lots-never": Record<string, never>;
+  "all-lots-free": { free: string | number };
 }
