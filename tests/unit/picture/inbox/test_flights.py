@@ -98,6 +98,16 @@ def test_what_is_nothing_of_it_is_a_flight_that_will_say_so(tmp_path: Path) -> N
     assert (part.title, part.source, names(part)) == ("letter", "", (["letter.txt"], []))
 
 
+def test_a_file_that_breaks_its_reader_is_left_to_the_mapping(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise RecursionError
+
+    flight(tmp_path, 1)
+    monkeypatch.setattr("hawk.picture.inbox.flights.read_photograph", broken)
+    (part,) = parts(tmp_path)
+    assert names(part) == (["DJI_0000.JPG"], [])
+
+
 def test_a_file_that_vanishes_is_in_no_flight(tmp_path: Path) -> None:
     (tmp_path / "a.txt").write_text("x")
     found = drop(tmp_path)
