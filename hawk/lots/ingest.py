@@ -15,7 +15,6 @@ from typing import Any, Final
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
 from hawk.lots.labels import lasting_labels
-from hawk.lots.names import free_name
 from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import SHAPE
@@ -39,6 +38,7 @@ from hawk.lots.values import (
     Registration,
     Saved,
     fitting_name,
+    free_name,
     new_id,
     pack_stalls,
     pack_vehicles,
@@ -61,7 +61,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
     if before is not None and before["placed"] == Placed.FIRST and survey.kind is SurveyKind.PICTURE:
         survey = _numbered_as_before(connection, before, survey, register)
     lot, placed, candidates = _place(connection, survey, before)
-    values = _row(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
+    values = survey_columns(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
     known, doubt = 0, ""
     if before is None:
         inserted = connection.execute(insert(SURVEY).values(id=new_id(), **values))
@@ -80,7 +80,7 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
         lot = lot or make_lot(connection, survey, seq)
         extend_layout(connection, lot, seq, survey)
     if placed is Placed.UNREGISTERED and lot is not None and register is not None:
-        outcome = _register(connection, lot, seq, survey, register, before)
+        outcome = register_survey(connection, lot, seq, survey, register, before)
         if isinstance(outcome, Registration):
             placed, known = Placed.REGISTERED, len(outcome.same)
         else:
@@ -143,9 +143,10 @@ def lot_places(connection: Connection) -> list[Parcel]:
     return [each for each in places if each.outline.polygons]
 
 
-def _row(
+def survey_columns(
     survey: FinishedSurvey, lot: str | None, placed: Placed, candidates: tuple[str, ...], *, is_sure: bool
 ) -> dict[str, Any]:
+    """Return the columns of a survey that lies nowhere in its lot yet, without ``seq`` and ``id``."""
     of_lot = [stall for stall in survey.stalls if not stall.is_extra]
     states = [stall.state for stall in of_lot]
     return {
@@ -286,7 +287,7 @@ def looks_of(seq: int, keys: Mapping[int, int], stalls: Sequence[Detection]) -> 
     ]
 
 
-def _register(
+def register_survey(
     connection: Connection, lot: str, seq: int, survey: FinishedSurvey, register: Register, before: RowMapping | None
 ) -> Registration | Doubtful:
     """Store the survey's looks at the lot's stalls where it is certain which they are, else the doubt.

@@ -1,5 +1,8 @@
 """The outbox: messages to others, written in the transaction that they report, and their deliveries.
 
+Reports are sent in their order for seven days. States of surveys and lots (`hawk.lots.storage.states`) are sent for
+ever, the newest first and then the oldest: a newer one takes the place of the one before.
+
 A delivery is noted after the receiver's answer. A program that is killed in between sends the message again, with the
 same id. Times are UTC, Unix seconds.
 """
@@ -7,12 +10,13 @@ same id. Times are UTC, Unix seconds.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
-from sqlalchemy import Connection, and_, delete, func, select, update
+from sqlalchemy import ColumnElement, Connection, Row, and_, delete, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
 from hawk.lots.schema import DELIVERY, OUTBOX
+from hawk.lots.storage import states
 
 DAY_S: Final = 86_400.0
 TRIED_S: Final = 7 * DAY_S
@@ -52,22 +56,39 @@ def due(connection: Connection, target: str, now: float) -> Message | None:
     same = and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target)
     known = select(func.max(DELIVERY.c.message)).where(DELIVERY.c.target == target).scalar_subquery()
     is_new = DELIVERY.c.message.is_(None) & ((OUTBOX.c.made > now - TRIED_S) | (OUTBOX.c.seq > known))
-    is_again = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None) & (DELIVERY.c.next <= now)
-    asked = (
-        select(OUTBOX.c.seq, OUTBOX.c.kind, OUTBOX.c.body, OUTBOX.c.made, DELIVERY.c.tries)
-        .outerjoin(DELIVERY, same)
-        .where(is_new | (is_again & DELIVERY.c.message.is_not(None)))
-        .order_by(OUTBOX.c.seq)
-        .limit(1)
-    )
-    row = connection.execute(asked).one_or_none()
+    asked = _ASKED.outerjoin(DELIVERY, same).where(OUTBOX.c.kind.not_in(states.KINDS), is_new | _is_again(now))
+    return _message(connection.execute(asked.order_by(OUTBOX.c.seq).limit(1)).one_or_none())
+
+
+def due_state(connection: Connection, target: str, now: float) -> Message | None:
+    """Return the newest state where it was not tried yet, else the oldest one that is due; None: nothing is due."""
+    same = and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target)
+    asked = _ASKED.outerjoin(DELIVERY, same).where(OUTBOX.c.kind.in_(states.KINDS))
+    newest = select(func.max(OUTBOX.c.seq)).where(OUTBOX.c.kind.in_(states.KINDS)).scalar_subquery()
+    first = connection.execute(asked.where(OUTBOX.c.seq == newest, DELIVERY.c.message.is_(None))).one_or_none()
+    if first is not None:
+        return _message(first)
+    is_due = DELIVERY.c.message.is_(None) | _is_again(now)
+    return _message(connection.execute(asked.where(is_due).order_by(OUTBOX.c.seq).limit(1)).one_or_none())
+
+
+_ASKED: Final = select(OUTBOX.c.seq, OUTBOX.c.kind, OUTBOX.c.body, OUTBOX.c.made, DELIVERY.c.tries)
+
+
+def _is_again(now: float) -> ColumnElement[bool]:
+    is_open = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None) & (DELIVERY.c.next <= now)
+    return and_(is_open, DELIVERY.c.message.is_not(None))
+
+
+def _message(row: Row[*tuple[Any, ...]] | None) -> Message | None:
     return None if row is None else Message(row.seq, row.kind, row.body, row.made, row.tries or 0)
 
 
 def note_sent(connection: Connection, message: Message, target: str, now: float) -> None:
     """Note that a receiver has got a message, and remove messages that nobody waits for any more."""
     _put(connection, message, target, now, sent=now)
-    connection.execute(delete(OUTBOX).where(OUTBOX.c.made < now - KEPT_S, OUTBOX.c.seq < message.seq))
+    is_old = (OUTBOX.c.made < now - KEPT_S) & (OUTBOX.c.seq < message.seq)
+    connection.execute(delete(OUTBOX).where(is_old, OUTBOX.c.kind.not_in(states.KINDS)))
 
 
 def give_up(connection: Connection, message: Message, target: str, now: float) -> None:
@@ -81,7 +102,7 @@ def note_failed(connection: Connection, message: Message, target: str, now: floa
     _put(connection, message, target, now, tries=message.tries + 1)
     row = DELIVERY.c.message == message.seq, DELIVERY.c.target == target
     first = float(connection.execute(select(DELIVERY.c.first).where(*row)).scalar_one())
-    is_over = now - first >= TRIED_S and message.tries + 1 >= len(WAITS_S)
+    is_over = now - first >= TRIED_S and message.tries + 1 >= len(WAITS_S) and message.kind not in states.KINDS
     if is_over:
         _end(connection, message, target, now)
     return is_over

@@ -25,9 +25,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 5
+VERSION: Final = 6
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "0fdab7e0b71a3fd405cd3ad217bd0abc"
+SCHEMA: Final = "178e610afac12ead576b640beb4c0c6c"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -89,6 +89,7 @@ SURVEY: Final = Table(
     Column("source_name", Text, nullable=False),
     Column("limits", Text, nullable=False),
     Column("vehicles", LargeBinary),
+    Column("landing", Integer),
     Index("ix_survey_order", "lot", "kind", "time_is_sure", "ended"),
     sqlite_autoincrement=True,
 )
@@ -98,7 +99,8 @@ ground that was seen, with the holes in it; NULL without any: such a survey is r
 edge of the flight cuts is a shorter row. ``doubt``: JSON of `hawk.lots.registration.survey_place.Doubt`, of a survey
 whose place was not certain; the place that a person chose stays with a survey that goes on after a battery swap.
 ``accuracy``: metres, the receiver's own estimate at the landing. ``blurred``: stalls that only blurred pictures showed;
-NULL: not measured. ``kind`` to ``limits``: `hawk.lots.survey.source`."""
+NULL: not measured. ``kind`` to ``limits``: `hawk.lots.survey.source`. ``landing``: of a survey that came as a document,
+its ``seq`` in the store that it is from; NULL: it was stored here."""
 STALL: Final = Table(
     "stall",
     METADATA,
@@ -226,9 +228,11 @@ OUTBOX: Final = Table(
     Column("body", Text, nullable=False),
     Column("made", Float, nullable=False),
     Column("sent", Float),
+    Index("ix_outbox_body", "kind", "body"),
     sqlite_autoincrement=True,
 )
-"""Messages to others, written in the transaction that they report."""
+"""Messages to others, written in the transaction that they report, and the states of surveys and lots
+(`hawk.lots.storage.states`)."""
 DELIVERY: Final = Table(
     "delivery",
     METADATA,
@@ -241,6 +245,33 @@ DELIVERY: Final = Table(
     Column("given_up", Float),
 )
 """Deliveries of the outbox's messages (`hawk.lots.outbox`)."""
+DOCUMENT: Final = Table(
+    "document",
+    METADATA,
+    Column("survey", ForeignKey("survey.seq", ondelete="CASCADE"), primary_key=True),
+    Column("writer", Text, nullable=False),
+    Column("state", Integer, nullable=False),
+    Column("digest", String(64), nullable=False),
+    Column("place", Text, nullable=False),
+    Column("loose", Text, nullable=False),
+    Column("picture", Integer, nullable=False),
+    Index("ix_document_loose", "survey", sqlite_where=text("loose != '[]'")),
+)
+"""Surveys that came as documents (`hawk.lots.documents.collection`). ``writer``: name of the drone's token. ``state``,
+``digest``: order of the newest document. ``place``: JSON of the survey's place as that document has it. ``loose``: JSON
+of its looks at stalls that no plan here has. ``picture``: state of the document whose picture is kept; 0: none."""
+LOT_DOCUMENT: Final = Table(
+    "lot_document",
+    METADATA,
+    Column("lot", String(36), primary_key=True),
+    Column("writer", Text, nullable=False),
+    Column("state", Integer, nullable=False),
+    Column("digest", String(64), nullable=False),
+    Column("is_current", Boolean, nullable=False),
+    Column("body", LargeBinary, nullable=False),
+)
+"""Lots that came with documents of surveys: the newest state of each, compressed JSON of
+`hawk.lots.documents.survey_document.LotPart`. ``is_current``: the lot's tables say the same."""
 CHANGE: Final = Table(
     "change",
     METADATA,
@@ -326,7 +357,9 @@ Index("ix_digest_changed", DIGEST.c.part, DIGEST.c.key, sqlite_where=DIGEST.c.di
 ERASED: Final = Table("erased", METADATA, Column("id", String(64), primary_key=True))
 """SHA-256 of the ids of lots and surveys that were erased: a backup that is restored does not bring them back."""
 
-_LOT_TABLES: Final = ("layout", "stall", "former", "label", "zone", "share", "pin", "plan", "edit", "section")
+_LOT_TABLES: Final = (
+    "layout", "stall", "former", "label", "zone", "share", "pin", "plan", "edit", "section", "lot_document",
+)  # fmt: skip
 PARTS: Final[Mapping[str, Mapping[str, str]]] = {
     "survey": {
         "survey": "seq",
@@ -334,6 +367,7 @@ PARTS: Final[Mapping[str, Mapping[str, str]]] = {
         "looks": "survey",
         "dropped": "survey",
         "section_look": "survey",
+        "document": "survey",
     },
     "lot": {"lot": "id", **dict.fromkeys(_LOT_TABLES, "lot")},
     "change": {"change": "seq"},

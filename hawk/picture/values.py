@@ -197,13 +197,14 @@ class LotFacts:
     """A lot as a file of outlines says it.
 
     ``id``: the feature's own, else by name and place. ``name``: ``is_named`` by the file, else by its number there.
-    ``tags``: what else the file says, by the names of its properties.
+    ``tags``: what else the file says, by the names of its properties. ``capacity``: places that it gives; None: none.
     """
 
     id: str
     name: str
     is_named: bool = False
     tags: tuple[tuple[str, str], ...] = ()
+    capacity: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +212,8 @@ class LotSurvey:
     """The survey of one lot of several outlines.
 
     ``unseen_share``: of its outline, that was not seen. ``unsure``: mean chance, by the network, that a stall is none
-    or has another state; None without stalls. ``doubts``: sentences on why its count may be wrong.
+    or has another state; None without stalls. ``doubts``: sentences on why its count may be wrong. ``vehicles``: how
+    many are found in it, and the least and most of their interval; None of a network that finds none.
     """
 
     facts: LotFacts
@@ -219,6 +221,7 @@ class LotSurvey:
     unseen_share: float
     unsure: float | None
     doubts: tuple[str, ...] = ()
+    vehicles: tuple[int, int, int] | None = None
 
 
 class LotSurveys(Protocol):

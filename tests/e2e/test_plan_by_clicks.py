@@ -83,6 +83,7 @@ async def open_editor(page: Page) -> None:
     await tab.first.click()
     await press(page, "(Correct the plan|Corriger le plan)")
     await expect(page.locator(".plantools")).to_be_visible()
+    await expect(page.get_by_text("No map yet")).to_have_count(0)  # it would cover the plan
 
 
 async def correct(page: Page) -> None:

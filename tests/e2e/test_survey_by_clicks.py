@@ -35,6 +35,9 @@ async def test_a_whole_survey_is_flown_with_clicks_only_and_flown_again(
 
     await shows(page, "1 survey")
     await press(page, "Survey again")
+    await shows(page, "begin a new survey first; the earlier one stays stored")
+    await confirm(page, "New survey")
+    await press(page, "Survey again")
     await shows(page, "Lot 1 will be surveyed again by Explore.")
     await fly_a_survey(page, screenshots, "again")
     await shows(page, "2 surveys")

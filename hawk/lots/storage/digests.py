@@ -19,6 +19,7 @@ from typing import Final, cast
 from sqlalchemy import Connection
 
 from hawk.lots.schema import METADATA, PARTS
+from hawk.lots.storage.states import renumber
 from hawk.lots.values import LotStoreError, utc
 
 BYTES: Final = 16
@@ -89,12 +90,14 @@ def _packed(rows: Sequence[tuple[object, ...]]) -> bytes:
 
 
 def seal(store: sqlite3.Connection, damaged: Collection[Part] = ()) -> None:
-    """Store the digests of the parts that the transaction under way has changed.
+    """Store the digests of the parts that the transaction under way has changed, and give them their next states.
 
     Args:
         store: Within the transaction.
         damaged: Parts that were damaged before: they stay so.
     """
+    changed = store.execute("SELECT part, key FROM digest WHERE digest IS NULL").fetchall()
+    renumber(store, changed)
     for kind, key in store.execute("SELECT part, key FROM digest WHERE digest IS NULL").fetchall():
         part = Part(kind, key)
         found = digest_of(store, part)

@@ -21,7 +21,7 @@ from hawk.lots.storage.database import BUSY_S, explained, read_only
 from hawk.lots.storage.digests import seal
 from hawk.lots.values import LotStoreError, NotFoundError, Placed
 
-_LOT_TABLES: Final = ("former", "label", "zone", "section", "dropped", "pin", "plan", "share")
+_LOT_TABLES: Final = ("former", "label", "zone", "section", "dropped", "pin", "plan", "share", "lot_document")
 """Tables whose column ``lot`` is the lot's id."""
 _IN_USE: Final = "is used by another program: end it, and erase again"
 _AGAIN: Final = (
@@ -179,7 +179,7 @@ def _erase_ground(store: sqlite3.Connection, lot: str) -> None:
 def _erase_surveys(store: sqlite3.Connection, found: Found) -> None:
     for seq, _, _ in found.surveys:
         store.execute("UPDATE stall SET first_survey = NULL, first_id = NULL WHERE first_survey = ?", (seq,))
-        for table in ("observation", "looks", "dropped", "section_look"):
+        for table in ("observation", "looks", "dropped", "section_look", "document"):
             store.execute(f"DELETE FROM {table} WHERE survey = ?", (seq,))  # noqa: S608 - our own words
         store.execute("DELETE FROM survey WHERE seq = ?", (seq,))
     numbers = {seq for seq, _, _ in found.surveys}

@@ -2,7 +2,8 @@
 
 A landing follows the landings before it, whatever its clock says; its time counts where it is sure. Pictures whose time
 is not sure, or later than now, come before all others: none of them is the last survey while another one is there.
-Surveys of one time are in the order in which they were stored. `hawk.lots.survey.moments` is the same without a store.
+Surveys of one time are in the order in which they were stored first: documents come in any order.
+`hawk.lots.survey.moments` is the same without a store.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from sqlalchemy import (
     select,
 )
 
-from hawk.lots.schema import OBSERVATION, STALL, SURVEY
+from hawk.lots.schema import DOCUMENT, OBSERVATION, STALL, SURVEY
 from hawk.lots.survey import moments
 from hawk.lots.survey.source import SurveyKind
 
@@ -45,6 +46,11 @@ def is_sure(survey: FromClause = SURVEY) -> ColumnElement[bool]:
     return and_(survey.c.time_is_sure, or_(has_been(survey), survey.c.kind == SurveyKind.FLOWN.value))
 
 
+def landing_of(survey: FromClause = SURVEY) -> ColumnElement[Any]:
+    """Return the number of a survey in the order of the store that it was stored in first."""
+    return func.coalesce(survey.c.landing, survey.c.seq)
+
+
 def now_of(connection: Connection) -> float:
     """Return now by the clock of the store's connection, Unix seconds."""
     return float(connection.execute(select(func.hawk_now())).scalar_one())
@@ -61,7 +67,8 @@ def taken_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
     Pictures whose time is later than now have 0.
     """
     before = SURVEY.alias()
-    is_before = before.c.time_is_sure & (before.c.kind == SurveyKind.FLOWN.value) & (before.c.seq < survey.c.seq)
+    is_first = landing_of(before) < landing_of(survey)
+    is_before = before.c.time_is_sure & (before.c.kind == SurveyKind.FLOWN.value) & is_first
     earlier = select(func.max(before.c.ended)).where(is_before, before.c.lot == survey.c.lot)
     is_picture = survey.c.kind == SurveyKind.PICTURE.value
     return case(
@@ -74,12 +81,16 @@ def taken_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
 
 def newest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
     """Return the order of surveys with the last one first."""
-    return is_ordered(survey).desc(), taken_at(survey).desc(), survey.c.seq.desc()
+    return is_ordered(survey).desc(), taken_at(survey).desc(), *_last_stored(survey)
 
 
 def oldest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
     """Return the order of surveys with the last one at the end."""
-    return is_ordered(survey), taken_at(survey), survey.c.seq
+    return is_ordered(survey), taken_at(survey), landing_of(survey), survey.c.id
+
+
+def _last_stored(survey: FromClause) -> tuple[ColumnElement[Any], ...]:
+    return landing_of(survey).desc(), survey.c.id.desc()
 
 
 def last_of(lot: ColumnElement[Any]) -> ScalarSelect[Any]:
@@ -102,10 +113,10 @@ def _last(lot: ColumnElement[Any], kind: SurveyKind, is_sure: bool) -> ScalarSel
     each = SURVEY.alias()
     is_of = and_(each.c.lot == lot, each.c.kind == kind.value, each.c.time_is_sure.is_(is_sure))
     if kind is SurveyKind.FLOWN and not is_sure:
-        asked = select(func.max(each.c.seq)).where(is_of)
+        asked = select(each.c.seq).where(is_of).order_by(*_last_stored(each)).limit(1)
     else:
         is_there = is_of if kind is SurveyKind.FLOWN else and_(is_of, has_been(each))
-        asked = select(each.c.seq).where(is_there).order_by(each.c.ended.desc(), each.c.seq.desc()).limit(1)
+        asked = select(each.c.seq).where(is_there).order_by(each.c.ended.desc(), *_last_stored(each)).limit(1)
     return asked.correlate(lot.table).scalar_subquery()
 
 
@@ -113,7 +124,8 @@ def _last_to_come(lot: ColumnElement[Any]) -> ScalarSelect[Any]:
     """Return the picture of a lot that was stored last among those whose time is later than now."""
     each = SURVEY.alias()
     is_of = and_(each.c.lot == lot, each.c.kind == SurveyKind.PICTURE.value, not_(has_been(each)))
-    return select(func.max(each.c.seq)).where(is_of).correlate(lot.table).scalar_subquery()
+    asked = select(each.c.seq).where(is_of).order_by(*_last_stored(each)).limit(1)
+    return asked.correlate(lot.table).scalar_subquery()
 
 
 def is_last_look(connection: Connection) -> ColumnElement[bool]:
@@ -125,11 +137,12 @@ def is_last_look(connection: Connection) -> ColumnElement[bool]:
 def _newest_look(connection: Connection, stall: ColumnElement[Any]) -> ScalarSelect[Any]:
     """Return the number of the last survey that looked at a stall, correlated with the table of ``stall``.
 
-    Without pictures in the store it is the greatest number, by the index: a thousand surveys cost no more than one.
+    Without pictures and documents in the store it is the greatest number, by the index: a thousand surveys cost no more
+    than one.
     """
     looks = select(_LOOK.c.survey).where(_LOOK.c.stall == stall)
-    has_pictures = select(exists().where(SURVEY.c.kind == SurveyKind.PICTURE.value))
-    if connection.execute(has_pictures).scalar():
+    has_pictures = exists().where(SURVEY.c.kind == SurveyKind.PICTURE.value)
+    if connection.execute(select(or_(has_pictures, exists().select_from(DOCUMENT)))).scalar():
         of = looks.join(_LOOKED, _LOOKED.c.seq == _LOOK.c.survey)
         asked = of.order_by(*newest_first(_LOOKED)).limit(1)
     else:

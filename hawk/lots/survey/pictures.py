@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, select
 
 from hawk.lots.schema import SURVEY
+from hawk.lots.survey.order import newest_first
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, EncodedTile, TileKey
 from hawk.model.tile_picture import decode_picture
@@ -168,7 +169,7 @@ def pictures_of(store: Path) -> PictureFolder:
 
 def worth_keeping(connection: Connection) -> set[str]:
     """Return the ids of the `KEPT` newest surveys of each lot, and of those that belong to none."""
-    rows = connection.execute(select(SURVEY.c.id, SURVEY.c.lot).order_by(SURVEY.c.seq.desc())).all()
+    rows = connection.execute(select(SURVEY.c.id, SURVEY.c.lot).order_by(*newest_first())).all()
     kept: dict[str | None, list[str]] = {}
     for survey, lot in rows:
         kept.setdefault(lot, []).append(survey)

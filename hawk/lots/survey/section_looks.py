@@ -26,7 +26,7 @@ from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.rows import is_among
-from hawk.lots.schema import SECTION, SECTION_LOOK, STALL, SURVEY
+from hawk.lots.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey.section_counts import Sight, Source, count_of
 from hawk.lots.values import PLACED, LotStoreError, Placed, unpack_stalls, unpack_vehicles
@@ -90,7 +90,11 @@ def _as_before(connection: Connection, rows: Sequence[Row[Any]]) -> set[str]:
 
 
 def _renew_surveys(connection: Connection, surveys: Collection[int]) -> None:
+    came = select(DOCUMENT.c.survey).where(is_among(DOCUMENT.c.survey))
+    documents = {*connection.execute(came, {"among": json.dumps([*surveys])}).scalars()}
     for seq in surveys:
+        if seq in documents:  # its counts come with it: its vehicles do not
+            continue
         connection.execute(delete(SECTION_LOOK).where(SECTION_LOOK.c.survey == seq))
         row = connection.execute(_ASKED.where(SURVEY.c.seq == seq)).mappings().first()
         if row is not None and row["lot"] is not None:

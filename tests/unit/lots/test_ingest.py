@@ -119,7 +119,7 @@ def test_a_first_survey_makes_the_lot_its_layout_and_its_labels(store: Database)
         )
         assert look["state"] == found.state
     assert len(seen) == 40
-    begun, message = rows(store, OUTBOX)
+    begun, message, *_ = rows(store, OUTBOX)
     assert json.loads(begun["body"]) == {"lot": first.lot, "version": 1}
     assert json.loads(message["body"]) == {
         "survey": first.survey, "lot": first.lot, "placed": "first", "stalls": 40, "simulated": False,

@@ -1,0 +1,261 @@
+"""Documents of surveys taken into the store of a centre: a union of sets by ids, in any order, any number of times.
+
+Of a survey, and of a lot, the newest state counts: that of the greater number, of two alike that of the greater digest.
+The moment at which a document comes decides nothing. What a person here has said of a lot's plan, or of the place of a
+survey, stays.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from sqlalchemy import Connection, RowMapping, delete, insert, select, update
+
+from hawk.lots.documents import plan_rows
+from hawk.lots.documents.survey_document import Ground, LotPart, SurveyDocument, digest_of
+from hawk.lots.ingest import register_survey, survey_columns
+from hawk.lots.registration.survey_place import Doubt
+from hawk.lots.schema import DOCUMENT, ERASED, LOT, LOT_DOCUMENT, OBSERVATION, SECTION_LOOK, SURVEY
+from hawk.lots.storage.digests import check_whole
+from hawk.lots.storage.erasure import erased_id
+from hawk.lots.survey.observations import keep_looks
+from hawk.lots.survey.source import PictureSource, SourceKind, SurveyKind
+from hawk.lots.values import (
+    Detection,
+    ErasedError,
+    FinishedSurvey,
+    OtherDroneError,
+    Placed,
+    PossiblePlace,
+    Register,
+)
+from hawk.model.poses import GlobalPose
+
+_PLACE: Final = ("lot", "layout", "placed", "candidates", "north", "east", "turn", "doubt")
+"""Columns of a survey that say where it lies."""
+
+
+@dataclass(frozen=True, slots=True)
+class DocumentOutcome:
+    """Outcome. ``state``: the newest one here; ``wants_picture``: the document has a newer picture than is kept here.
+
+    ``keeps_plan``: a lot's plan does not follow the documents: a person here has changed it, or it is another drone's.
+    """
+
+    seq: int
+    survey: str
+    lot: str | None
+    state: int
+    wants_picture: bool
+    keeps_plan: bool
+
+
+def collect(
+    connection: Connection, document: SurveyDocument, writer: str, register: Register | None = None
+) -> DocumentOutcome:
+    """Take a document in.
+
+    Args:
+        connection: One that writes.
+        document: The survey with its lot.
+        writer: Name of the drone whose token sends it.
+        register: Finds its stalls among those of a lot that a person here has merged its lot into.
+
+    Raises OtherDroneError, ErasedError, and LotStoreError for a survey or lot that is damaged here.
+    """
+    _check_not_erased(connection, document)
+    row = _check_writer(connection, document, writer)
+    current = [_collect_lot(connection, each, writer) for each in _outer_first(document.lots)]
+    state, digest = document.survey.state, digest_of(document.model_copy(update={"lots": (), "mosaic": ()}))
+    known = None if row is None else _document_row(connection, int(row["seq"]))
+    if known is None or (known["state"], known["digest"]) < (state, digest):
+        seq = _collect_survey(connection, document, row, known, register)
+        order = {"writer": writer, "state": state, "digest": digest}
+        connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == seq).values(**order))
+    else:
+        seq = int(known["survey"])
+    found = _document_row(connection, seq)
+    assert found is not None  # noqa: S101 - it was written
+    lot = connection.execute(select(SURVEY.c.lot).where(SURVEY.c.seq == seq)).scalar()
+    wants_picture = bool(document.mosaic) and found["picture"] < state
+    return DocumentOutcome(seq, document.survey.id, lot, int(found["state"]), wants_picture, not all(current))
+
+
+def note_picture(connection: Connection, collected: DocumentOutcome, state: int) -> None:
+    """Note that the picture of a document is kept."""
+    connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == collected.seq).values(picture=state))
+
+
+def _check_not_erased(connection: Connection, document: SurveyDocument) -> None:
+    names = {document.survey.id: "survey.id", **{lot.id: f"lots[{n}].id" for n, lot in enumerate(document.lots)}}
+    for named, field in names.items():
+        asked = select(ERASED.c.id).where(ERASED.c.id == erased_id(named))
+        if connection.execute(asked).first() is not None:
+            raise ErasedError(f"{field}: it was erased here, and does not come back: erase it on the drone, too")
+
+
+def _check_writer(connection: Connection, document: SurveyDocument, writer: str) -> RowMapping | None:
+    """Return the survey as it is here, None for a new one. Raises OtherDroneError."""
+    survey = document.survey
+    origin = _finished(document).origin
+    asked = select(SURVEY).where((SURVEY.c.id == survey.id) | (SURVEY.c.origin == origin))
+    rows = connection.execute(asked).mappings().all()
+    if not rows:
+        return None
+    for row in rows:
+        known = _document_row(connection, int(row["seq"]))
+        if known is None or known["writer"] != writer:
+            raise OtherDroneError("survey.id: this survey is another's: a drone sends its own surveys alone")
+        if row["id"] != survey.id or row["origin"] != origin:
+            words = "this flight was sent as another survey: send each with the id that it has"
+            raise OtherDroneError(f"survey.id: {words}")
+    check_whole(connection, "survey", rows[0]["seq"], "survey")
+    return rows[0]
+
+
+def _document_row(connection: Connection, seq: int) -> RowMapping | None:
+    return connection.execute(select(DOCUMENT).where(DOCUMENT.c.survey == seq)).mappings().first()
+
+
+def _outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
+    """Return lots, each behind the one that it became part of; those that go round at the end."""
+    found: list[LotPart] = []
+    left = [*lots]
+    while left:
+        there = {each.id for each in found}
+        next_ones = [each for each in left if each.merged_into is None or each.merged_into in there] or left
+        found += next_ones
+        left = [each for each in left if each not in next_ones]
+    return found
+
+
+def _collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
+    """Keep the newest state of a lot; return whether its tables follow it."""
+    known = connection.execute(select(LOT_DOCUMENT).where(LOT_DOCUMENT.c.lot == part.id)).mappings().first()
+    if known is None:
+        if connection.execute(select(LOT.c.id).where(LOT.c.id == part.id)).first() is not None:
+            return False
+    elif known["writer"] != writer:
+        return False
+    digest = digest_of(part)
+    newest = part
+    if known is not None:
+        check_whole(connection, "lot", part.id, "lot")
+        if (known["state"], known["digest"]) >= (part.state, digest):
+            if known["is_current"]:
+                return True
+            newest = plan_rows.unpacked(known["body"])
+    values: dict[str, Any] = {
+        "writer": writer, "state": newest.state, "digest": digest_of(newest), "body": plan_rows.packed(newest),
+        "is_current": True,
+    }  # fmt: skip
+    if known is None:
+        connection.execute(insert(LOT_DOCUMENT).values(lot=part.id, **values))
+    else:
+        connection.execute(update(LOT_DOCUMENT).where(LOT_DOCUMENT.c.lot == part.id).values(**values))
+    is_current = plan_rows.store(connection, newest, writer)
+    if not is_current:
+        connection.execute(update(LOT_DOCUMENT).where(LOT_DOCUMENT.c.lot == part.id).values(is_current=False))
+    return is_current
+
+
+def _finished(document: SurveyDocument) -> FinishedSurvey:
+    """Return the survey as those that land here are."""
+    survey = document.survey
+    pictures = None
+    if survey.kind is SurveyKind.PICTURE:
+        pictures = PictureSource(SourceKind(survey.source), survey.source_name, survey.limits)
+    seen = Ground() if survey.seen_ground is None else survey.seen_ground
+    return FinishedSurvey(
+        name=survey.name,
+        datum=GlobalPose(survey.latitude, survey.longitude, 0.0),
+        began=survey.began,
+        ended=survey.ended,
+        time_is_sure=survey.time_is_sure,
+        outline=plan_rows.outline_of(survey.outline),
+        stalls=tuple(Detection(**each.model_dump()) for each in document.stalls),
+        program=survey.program,
+        simulated=survey.simulated,
+        accuracy=survey.accuracy,
+        pictures=pictures,
+        seen_ground=plan_rows.outline_of(seen),
+    )
+
+
+def _collect_survey(
+    connection: Connection, document: SurveyDocument, row: RowMapping | None, known: RowMapping | None,
+    register: Register | None,
+) -> int:  # fmt: skip
+    """Write a survey with its looks, and return its number. The place that a person here has said stays."""
+    into = _merged_here(connection, document.survey.lot)
+    values, place = _columns(document), _place(document, into)
+    if row is None:
+        named = {"id": document.survey.id, "landing": document.survey.landing}
+        inserted = connection.execute(insert(SURVEY).values(**{**values, **place, **named}))
+        seq = int(inserted.inserted_primary_key[0])  # type: ignore[index]
+        blank = {"writer": "", "state": 0, "digest": "", "place": "", "loose": "[]", "picture": 0}
+        connection.execute(insert(DOCUMENT).values(survey=seq, **blank))
+    else:
+        seq = int(row["seq"])
+        is_as_sent = known is not None and _place_text(row) == known["place"]
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values | (place if is_as_sent else {})))
+        if not is_as_sent:
+            return seq
+    connection.execute(delete(OBSERVATION).where(OBSERVATION.c.survey == seq))
+    connection.execute(delete(SECTION_LOOK).where(SECTION_LOOK.c.survey == seq))
+    loose: list[dict[str, Any]] = []
+    if into is None:
+        loose = _collect_looks(connection, seq, document)
+    elif register is not None:
+        register_survey(connection, into, seq, _finished(document), register, None)
+    keep_looks(connection, [seq])
+    there = connection.execute(select(SURVEY).where(SURVEY.c.seq == seq)).mappings().one()
+    kept = {"place": _place_text(there), "loose": plan_rows.loose_text(loose)}
+    connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == seq).values(**kept))
+    return seq
+
+
+def _columns(document: SurveyDocument) -> dict[str, Any]:
+    """Return the columns of a survey that say nothing of its place."""
+    survey = document.survey
+    found = survey_columns(_finished(document), None, survey.placed, (), is_sure=survey.time_is_sure)
+    return {name: value for name, value in found.items() if name not in _PLACE}
+
+
+def _place(document: SurveyDocument, into: str | None) -> dict[str, Any]:
+    """Return the columns of a survey that say where it lies; ``into``: as of `_merged_here`."""
+    survey, nowhere = document.survey, dict.fromkeys(_PLACE)
+    if into is not None:
+        return nowhere | {"lot": into, "placed": Placed.UNREGISTERED.value, "candidates": "[]"}
+    doubt = None
+    if survey.doubt is not None:
+        places = tuple(PossiblePlace(**each.model_dump()) for each in survey.doubt.places)
+        doubt = Doubt(survey.doubt.why, places, survey.doubt.chosen).json()
+    place = {} if survey.place is None else survey.place.model_dump()
+    said = {"lot": survey.lot, "layout": survey.layout, "placed": survey.placed.value, "doubt": doubt}
+    return {**nowhere, **place, **said, "candidates": json.dumps(survey.candidates)}
+
+
+def _place_text(row: RowMapping) -> str:
+    return json.dumps([row[name] for name in _PLACE])
+
+
+def _merged_here(connection: Connection, lot: str | None) -> str | None:
+    """Return the lot that a person here has made a lot part of; None where nobody has."""
+    into = connection.execute(select(LOT.c.merged_into).where(LOT.c.id == lot)).scalar()
+    if into is None or lot is None or not plan_rows.is_merged_here(connection, lot):
+        return None
+    return _merged_here(connection, into) or into
+
+
+def _collect_looks(connection: Connection, seq: int, document: SurveyDocument) -> list[dict[str, Any]]:
+    """Write what a survey saw of stalls and sections; return its looks at stalls that no plan here has."""
+    keys = plan_rows.keys_of(connection, [each.stall for each in document.looks])
+    looks = [each.model_dump() for each in document.looks]
+    plan_rows.observe(connection, seq, [look for look in looks if look["stall"] in keys], keys)
+    if document.sections:
+        connection.execute(insert(SECTION_LOOK), [{"survey": seq, **each.model_dump()} for each in document.sections])
+    return [look for look in looks if look["stall"] not in keys]

@@ -1,0 +1,186 @@
+"""Documents made from the store, in one read transaction: a survey as it is now, with its lot's plan."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from typing import Any, Final, TypeVar
+
+from pydantic import ValidationError
+from sqlalchemy import Connection, RowMapping, Table, or_, select
+
+from hawk.formats.validation import first_wrong
+from hawk.lots.documents.survey_document import FORMAT, VERSION, Ground, LotPart, Part, SurveyDocument
+from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
+from hawk.lots.registration.survey_place import Doubt
+from hawk.lots.rows import is_among
+from hawk.lots.schema import (
+    FORMER,
+    LAYOUT,
+    LOT,
+    OBSERVATION,
+    OUTBOX,
+    PIN,
+    SECTION,
+    SECTION_LOOK,
+    STALL,
+    SURVEY,
+    ZONE,
+)
+from hawk.lots.storage.digests import check_whole
+from hawk.lots.storage.states import LOT_STATE, SURVEY_STATE
+from hawk.lots.survey.order import newest_first
+from hawk.lots.values import LotStoreError, NotFoundError, unpack_stalls
+from hawk.model.lot_map import TileKey
+from hawk.model.plans import Outline
+
+P = TypeVar("P", bound=Part)
+_OF_SURVEY: Final = (
+    "id", "kind", "source", "source_name", "program", "simulated", "began", "ended", "time_is_sure", "latitude",
+    "longitude", "accuracy", "placed", "lot", "layout",
+)  # fmt: skip
+_OF_LOT: Final = ("id", "name", "latitude", "longitude", "datum_is_pinned", "made", "time_zone", "merged_into")
+_OF_LAYOUT: Final = ("version", "valid_from", "why", "who")
+_SHAPE: Final = (
+    "label", "north", "east", "angle", "width", "length", "kind", "is_confirmed", "is_named",
+)  # fmt: skip
+_OF_STALL: Final = ("id", *_SHAPE, "begins", "ends")
+_OF_ZONE: Final = ("id", "name", "kind", "begins", "ends")
+_OF_SECTION: Final = (
+    "id", "name", "kind", "length_m", "capacity", "is_capacity_given", "note", "begins", "ends",
+)  # fmt: skip
+_OF_COUNT: Final = (
+    "section", "looked_at", "source", "parked", "least", "most", "hidden_share", "seen_share", "room",
+)  # fmt: skip
+
+
+def document_of(connection: Connection, survey: str, mosaic: Mapping[TileKey, bytes]) -> SurveyDocument:
+    """Return the document of a survey by its id; ``mosaic``: the tiles of its picture, JPEG.
+
+    Raises NotFoundError, and LotStoreError for a survey or lot that is damaged, or that no document can say.
+    """
+    row = connection.execute(select(SURVEY).where(SURVEY.c.id == survey)).mappings().first()
+    if row is None:
+        raise NotFoundError("survey: there is no survey with this id; reload the list")
+    check_whole(connection, "survey", row["seq"], "survey")
+    found = [asdict(stall) for stall in unpack_stalls(row["stalls"])]
+    looks = select(STALL.c.id.label("stall"), *_columns(OBSERVATION, _LOOKED)).join(
+        STALL, STALL.c.key == OBSERVATION.c.stall
+    )
+    of_survey = connection.execute(looks.where(OBSERVATION.c.survey == row["seq"]).order_by(STALL.c.id)).mappings()
+    counts = select(*_columns(SECTION_LOOK, _OF_COUNT)).where(SECTION_LOOK.c.survey == row["seq"])
+    parts = {
+        "format": FORMAT,
+        "version": VERSION,
+        "survey": _survey(connection, row),
+        "stalls": found,
+        "looks": [dict(each) for each in of_survey],
+        "sections": [dict(each) for each in connection.execute(counts.order_by(SECTION_LOOK.c.section)).mappings()],
+        "lots": [_lot(connection, each) for each in sorted(_lots_about(connection, row))],
+        "mosaic": [
+            {"row": key[0], "column": key[1], "jpeg": base64.b64encode(data)} for key, data in sorted(mosaic.items())
+        ],
+    }
+    return _made(SurveyDocument, parts)
+
+
+_LOOKED: Final = ("looked_at", "taken_probability", "state", "picture_count")
+
+
+def newest_about(connection: Connection, lot: str) -> str | None:
+    """Return the id of the survey with which a lot's state is sent: its newest, or that of the lot that it became part
+    of, else the newest one that looked at one of its stalls; None without one.
+    """
+    looked = select(OBSERVATION.c.survey).join(STALL, STALL.c.key == OBSERVATION.c.stall).where(STALL.c.lot == lot)
+    into = select(LOT.c.merged_into).where(LOT.c.id == lot)
+    is_about = or_(SURVEY.c.lot == lot, SURVEY.c.lot.in_(into), SURVEY.c.seq.in_(looked))
+    newest = select(SURVEY.c.id).where(is_about).order_by((SURVEY.c.lot == lot).desc(), *newest_first()).limit(1)
+    return connection.execute(newest).scalar()
+
+
+def _lots_about(connection: Connection, row: RowMapping) -> set[str]:
+    """Return the lot of a survey, those whose stalls it looked at, and all that became part of them, or they of."""
+    looked = select(STALL.c.lot).distinct().join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
+    about = {row["lot"], *connection.execute(looked.where(OBSERVATION.c.survey == row["seq"])).scalars()} - {None}
+    found: set[str] = set()
+    while about - found:
+        found |= about
+        among = {"among": json.dumps([*found])}
+        for one, other in ((LOT.c.id, LOT.c.merged_into), (LOT.c.merged_into, LOT.c.id)):
+            about |= {*connection.execute(select(one).where(is_among(other)), among).scalars()} - {None}
+    return found
+
+
+def _survey(connection: Connection, row: RowMapping) -> dict[str, Any]:
+    doubt = Doubt.read(row["doubt"])
+    place = None if row["north"] is None else {name: row[name] for name in ("north", "east", "turn")}
+    seen = None if row["seen_ground"] is None else _ground(unpack_outline(row["seen_ground"]))
+    return {
+        **{name: row[name] for name in _OF_SURVEY},
+        "name": str(row["origin"]).rsplit(" ", 2)[0],
+        "state": _state(connection, SURVEY_STATE, row["id"]),
+        "landing": row["seq"],
+        "limits": json.loads(row["limits"]),
+        "outline": _ground(outline_to_change(row["outline"])),
+        "seen_ground": seen,
+        "place": place,
+        "candidates": json.loads(row["candidates"]),
+        "doubt": None if doubt is None else asdict(doubt),
+    }
+
+
+def _lot(connection: Connection, lot: str) -> LotPart:
+    """Return a lot with its plan. Raises LotStoreError for one that is damaged."""
+    check_whole(connection, "lot", lot, "lot")
+    row = connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
+    former = select(STALL.c.id.label("stall"), *_columns(FORMER, (*_SHAPE, "ends"))).join(
+        STALL, STALL.c.key == FORMER.c.stall
+    )
+    of_lot = former.where(FORMER.c.lot == lot, STALL.c.lot == lot).order_by(STALL.c.id, FORMER.c.ends)
+    parts = {
+        **{name: row[name] for name in _OF_LOT},
+        "state": _state(connection, LOT_STATE, lot),
+        "outline": _ground(outline_to_change(row["outline"])),
+        "turn": connection.execute(select(PIN.c.turn).where(PIN.c.lot == lot)).scalar() or 0.0,
+        "layouts": _rows(connection, LAYOUT, _OF_LAYOUT, lot, "version"),
+        "stalls": _rows(connection, STALL, _OF_STALL, lot, "id"),
+        "former": [dict(each) for each in connection.execute(of_lot).mappings()],
+        "zones": _areas(connection, ZONE, _OF_ZONE, lot),
+        "sections": _areas(connection, SECTION, _OF_SECTION, lot),
+    }
+    return _made(LotPart, parts)
+
+
+def _rows(connection: Connection, table: Table, names: tuple[str, ...], lot: str, order: str) -> list[dict[str, Any]]:
+    asked = select(*_columns(table, names)).where(table.c.lot == lot).order_by(table.c[order])
+    return [dict(row) for row in connection.execute(asked).mappings()]
+
+
+def _areas(connection: Connection, table: Table, names: tuple[str, ...], lot: str) -> list[dict[str, Any]]:
+    """Return zones or sections; one whose outline is damaged is left out."""
+    asked = select(*_columns(table, (*names, "outline"))).where(table.c.lot == lot).order_by(table.c.id, table.c.begins)
+    rows = [{**row, "outline": ring_of(row["outline"])} for row in connection.execute(asked).mappings()]
+    return [row for row in rows if row["outline"]]
+
+
+def _columns(table: Table, names: tuple[str, ...]) -> list[Any]:
+    return [table.c[name] for name in names]
+
+
+def _ground(outline: Outline) -> Ground:
+    return Ground(polygons=outline.polygons, holes=outline.holes)
+
+
+def _state(connection: Connection, kind: str, named: str) -> int:
+    """Return the number of a survey's or lot's state; 0 before it was given one."""
+    asked = select(OUTBOX.c.seq).where(OUTBOX.c.kind == kind, OUTBOX.c.body == named)
+    return int(connection.execute(asked).scalar() or 0)
+
+
+def _made(form: type[P], parts: Mapping[str, Any]) -> P:
+    try:
+        return form.model_validate(parts)
+    except ValidationError as error:
+        raise LotStoreError(f"survey: no document can be made of it: {first_wrong(error)}") from error

@@ -1,0 +1,46 @@
+"""States of surveys and lots: with each change one gets the next number of the store, by which the newest state counts.
+
+A state is a row of the outbox whose body is the id, so that its deliveries are noted as those of other messages are.
+What came from another store as a document has its state there.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Iterable, Mapping
+from typing import Final
+
+SURVEY_STATE: Final = "survey_state"
+LOT_STATE: Final = "lot_state"
+KINDS: Final = (SURVEY_STATE, LOT_STATE)
+"""Kinds of rows of the outbox that are states."""
+_OWN: Final[Mapping[str, tuple[str, str]]] = {
+    "survey": (
+        SURVEY_STATE,
+        "SELECT id FROM main.survey WHERE seq = ?1 AND NOT EXISTS (SELECT 1 FROM main.document WHERE survey = ?1)",
+    ),
+    "lot": (
+        LOT_STATE,
+        "SELECT id FROM main.lot WHERE id = ?1 AND NOT EXISTS (SELECT 1 FROM main.lot_document WHERE lot = ?1)",
+    ),
+}
+"""Kind of a part of the store -> kind of its state, and the statement that finds its id by its key."""
+
+
+def renumber(store: sqlite3.Connection, changed: Iterable[tuple[str, str]]) -> None:
+    """Give the parts that a transaction has changed, pairs of kind and key, their next states.
+
+    Others than surveys and lots of this store have none, and a file of an earlier version has no states.
+    """
+    if not store.execute("SELECT 1 FROM main.sqlite_master WHERE name = 'document'").fetchone():
+        return
+    for part, key in sorted(changed, key=lambda each: (each[0], len(each[1]), each[1])):
+        if part not in _OWN:
+            continue
+        kind, asked = _OWN[part]
+        for (named,) in store.execute(asked, (key,)).fetchall():
+            store.execute("DELETE FROM outbox WHERE kind = ? AND body = ?", (kind, named))
+            store.execute(
+                "INSERT INTO outbox (kind, body, made) VALUES (?, ?, CAST(strftime('%s', 'now') AS REAL))",
+                (kind, named),
+            )
