@@ -55,7 +55,7 @@ def test_what_is_lost_and_what_is_doubled_is_found(
     assert judge(stored(tmp_path, surveys, mapped, kept), FLIGHTS) == found
 
 
-def test_every_manner_brings_every_byte(tmp_path: Path) -> None:
+def test_each_kind_of_drop_brings_every_byte(tmp_path: Path) -> None:
     flights: list[Files] = [
         {f"{number}-{shot}.JPG": f"{number} {shot}".encode() for shot in range(4)} for number in range(40)
     ]
