@@ -39,7 +39,7 @@ _VRT: Final = ".vrt"
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Place and time of a photograph: degrees, Unix seconds by the camera's clock. ``kind``: camera and lens."""
+    """Place and time of a photograph: degrees, Unix seconds by the camera's clock. ``kind``: camera, lens and drone."""
 
     kind: str
     time: float
@@ -231,7 +231,7 @@ def _moment(photograph: Photograph | None) -> Moment | None:
     shot = photograph.shot
     if shot.time is None:
         return None
-    kind = " ".join(str(each) for each in photograph.kind).encode("utf-8", "replace").decode()
+    kind = " ".join(str(each) for each in (*photograph.kind, photograph.serial)).encode("utf-8", "replace").decode()
     return Moment(kind, shot.time, shot.latitude, shot.longitude)
 
 
