@@ -60,6 +60,7 @@ async def test_a_lot_is_found_among_all_and_opened(
         await shows(page, "3 of 3 lots")
         rows = page.locator("archive-all-lots tbody th")
         await expect(rows).to_have_text(list(NAMES))
+        await expect(page.locator("archive-all-lots .mapfoot")).to_contain_text("m")  # the scale
         await page.screenshot(path=screenshots / f"all-lots-{size['width']}.png")
         assert await page.evaluate(RUN_AXE) == []
         assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")

@@ -8,7 +8,7 @@ import pytest
 from playwright.async_api import Browser, Page, expect
 
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import confirm, new_page, press, shows, take_off, visible
+from tests.e2e.hands import confirm, new_page, press, shows, visible
 from tests.e2e.watching import watch
 
 pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="session")]
@@ -23,6 +23,7 @@ async def test_a_whole_survey_is_flown_with_clicks_only_and_flown_again(
     await page.goto(ready.url)
     await expect(visible(page, "SIMULATION")).to_be_visible()
     await press(page, "Take control")
+    await press(page, "Set failsafes")  # they last
     await fly_a_survey(page, screenshots, "first")
     status = await stack.status()
     assert status["landed"]
@@ -51,7 +52,8 @@ async def test_a_whole_survey_is_flown_with_clicks_only_and_flown_again(
 
 async def fly_a_survey(page: Page, screenshots: Path, name: str) -> None:
     """Take off, explore until nothing is left to see, and land at home."""
-    await take_off(page)
+    await confirm(page, "Arm")
+    await confirm(page, "Take off")
     await page.screenshot(path=screenshots / f"{name}-1-taking-off.png")
     await confirm(page, "Explore")
     await expect(visible(page, "Exploring")).to_be_visible()

@@ -840,6 +840,8 @@ section-head-between = 9 times in 10
 section-head-room = Room
 section-count = { $parked } ({ $least } to { $most })
 section-differs = differs
+# $after: as section-parked
+section-then = { $before }, then { $after }
 section-may-be-same = may be the same
 plan-import = Import a plan
 plan-import-reads = Reads the file…

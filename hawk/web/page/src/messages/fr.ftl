@@ -831,6 +831,7 @@ section-head-between = 9 fois sur 10
 section-head-room = Place libre
 section-count = { $parked } ({ $least } à { $most })
 section-differs = différent
+section-then = { $before }, puis { $after }
 section-may-be-same = peut-être égal
 plan-import = Importer un plan
 plan-import-reads = Lit le fichier…

@@ -524,6 +524,7 @@ export interface Messages {
   "section-head-room": Record<string, never>;
   "section-count": { parked: string | number; least: string | number; most: string | number };
   "section-differs": Record<string, never>;
+  "section-then": { before: string | number; after: string | number };
   "section-may-be-same": Record<string, never>;
   "plan-import": Record<string, never>;
   "plan-import-reads": Record<string, never>;

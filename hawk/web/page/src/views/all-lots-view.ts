@@ -73,6 +73,7 @@ export class AllLotsView extends LitElement {
     const [Latitude, Longitude] = first;
     const words = (lot: ListedLot): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
     this.map.show(marksOf(found, new LocalPlane({ Latitude, Longitude }), words));
+    this.moved();
   }
 
   private tool(label: string, name: "plus" | "minus" | "whole", run: () => void): TemplateResult {
