@@ -93,6 +93,10 @@ OTHERS: Final = tuple(view for view in VIEWS if view != FLIGHT)
 CALM: Final = "calm"
 LOADS: Final = {CALM: "nothing opened", "views": "views opened", "report": "report.html asked for"}
 """Loads of the daemon in a minute of a flight, and their words."""
+_SHOWN: Final = """() => JSON.stringify([
+  document.visibilityState, document.querySelector('hawk-survey-map')?.dataset.drawn,
+  document.body?.innerText.replaceAll(/\\s+/g, ' ').slice(0, 300)])"""
+"""Words that a page shows, to say why it cannot be used."""
 _COUNT: Final = """() => {
   window.__pictures = 0;
   const next = () => { window.__pictures += 1; requestAnimationFrame(next); };
@@ -140,7 +144,8 @@ async def opened_ms(page: Page, address: str, sign: str) -> float:
         await page.goto(address, wait_until="commit", timeout=VIEW_MS)
         usable = await page.wait_for_function("() => window.__usable", timeout=VIEW_MS, polling=50)
     except Error as error:
-        raise BenchmarkError(f"{address} did not show {sign}: {error}") from error
+        shown = await page.evaluate(_SHOWN)
+        raise BenchmarkError(f"{address} did not show {sign}, but {shown}: {error}") from error
     return float(await usable.json_value()) - began * 1e3
 
 

@@ -107,7 +107,8 @@ def _run_command(arguments: Sequence[str] | None) -> int:
     try:
         options = make_parser().parse_args(given)
         if arguments is None and "boxed" in options:  # a process of its own that reads strangers' files
-            enter_command(needs_network=options.boxed(options))
+            mib = getattr(options, "memory", None)
+            enter_command(needs_network=options.boxed(options), memory_bytes=None if mib is None else int(mib * 2**20))
         return int(options.action(options))
     except MemoryError:
         print(f"hawk-drone {given[0]}: {COMMAND_TOO_MUCH}", file=sys.stderr)

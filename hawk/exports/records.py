@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -13,7 +13,7 @@ from sqlalchemy import Connection, RowMapping, select
 from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation, SeenSection
 from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
-from hawk.lots.plan.queries import stalls_in
+from hawk.lots.plan.queries import stalls_in, stalls_of_keys
 from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import corners_on_earth, on_earth, ring_on_earth
@@ -168,6 +168,13 @@ class _Layouts:
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 
+    def brought_back(self, lot: str, placed: Sequence[_Placed], away: Collection[int]) -> list[_Placed]:
+        """Return the stalls of a layout with those of some keys: they were split off and merged again since."""
+        ours = {each.stall.key: each for each in placed}
+        others = stalls_of_keys(self.connection, lot, away)
+        ours |= {each.stall.key: each for each in _on_earth(self.lot(lot).datum, others)}
+        return [ours[stall.key] for stall in in_order([each.stall for each in ours.values()])]
+
 
 _LOOK: Final = tuple(
     OBSERVATION.c[name] for name in ("stall", "state", "taken_probability", "looked_at", "picture_count")
@@ -178,6 +185,8 @@ def _registered(connection: Connection, layouts: _Layouts, survey: RowMapping) -
     rows = connection.execute(select(*_LOOK).where(OBSERVATION.c.survey == survey["seq"]))
     looks = {key: _Look(*look) for key, *look in rows}
     placed = layouts.placed(str(survey["lot"]), int(survey["layout"]))
+    if away := looks.keys() - {each.stall.key for each in placed}:
+        placed = layouts.brought_back(str(survey["lot"]), placed, away)
     return tuple(_exported(each, looks.get(each.stall.key)) for each in placed)
 
 

@@ -11,9 +11,9 @@ from hawk.results.stall_files import DEGREES, table_csv
 
 COLUMNS: Final = {
     "section_id": "TEXT", "lot_id": "TEXT", "survey_id": "TEXT", "name": "TEXT", "kind": "TEXT", "note": "TEXT",
-    "capacity": "INTEGER", "capacity_given": "BOOLEAN", "source": "TEXT", "parked": "INTEGER", "least": "INTEGER",
-    "most": "INTEGER", "occupancy": "REAL", "room": "INTEGER", "hidden_share": "REAL", "seen_share": "REAL",
-    "observed": "DATETIME",
+    "length_m": "REAL", "capacity": "INTEGER", "capacity_given": "BOOLEAN", "source": "TEXT", "parked": "INTEGER",
+    "least": "INTEGER", "most": "INTEGER", "occupancy": "REAL", "room": "INTEGER", "hidden_share": "REAL",
+    "seen_share": "REAL", "observed": "DATETIME",
 }  # fmt: skip
 """Columns with their types in a GeoPackage."""
 
@@ -23,7 +23,7 @@ def section_values(survey: ExportRecord, seen: SeenSection) -> dict[str, Any]:
     section, look = seen.section, seen.look
     return {
         "section_id": section.id, "lot_id": survey.lot_id, "survey_id": survey.survey, "name": section.name,
-        "kind": section.kind, "note": section.note, "capacity": section.capacity,
+        "kind": section.kind, "note": section.note, "length_m": section.length_m, "capacity": section.capacity,
         "capacity_given": section.is_capacity_given, "source": look.source, "parked": look.parked, "least": look.least,
         "most": look.most, "occupancy": look.occupancy, "room": look.room, "hidden_share": look.hidden_share,
         "seen_share": look.seen_share, "observed": utc(look.observed.timestamp()),

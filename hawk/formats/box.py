@@ -136,9 +136,13 @@ def enter(limits: Limits, *, needs_network: bool = False) -> None:
             resource.setrlimit(kind, (min(count, highest) if 0 <= highest < count else count, highest))
 
 
-def enter_command(*, needs_network: bool) -> None:
-    """Put a command of the terminal into the box, before its work has threads: its process does nothing else."""
-    enter(Limits(memory_for_command(), -1), needs_network=needs_network)
+def enter_command(*, needs_network: bool, memory_bytes: int | None = None) -> None:
+    """Put a command of the terminal into the box, before its work has threads: its process does nothing else.
+
+    ``memory_bytes``: that it may take; None: most of what is free.
+    """
+    limit = memory_for_command() if memory_bytes is None else memory_bytes
+    enter(Limits(limit, -1), needs_network=needs_network)
 
 
 def memory_for_command() -> int:

@@ -313,9 +313,10 @@ class Undone(Shown):
 
 
 class Begun(Done):
-    """A lot that a plan made; `stalls`: how many it has."""
+    """A lot that a plan made; `stalls`, `sections`: how many it has."""
 
     stalls: Count
+    sections: Count
 
 
 class FoundStall(Shown):

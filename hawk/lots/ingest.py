@@ -6,14 +6,15 @@ a stall.
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
 from hawk.lots.labels import lasting_labels
-from hawk.lots.names import free_name
 from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import SHAPE
@@ -37,6 +38,7 @@ from hawk.lots.values import (
     Registration,
     Saved,
     fitting_name,
+    free_name,
     new_id,
     pack_stalls,
     pack_vehicles,
@@ -56,6 +58,8 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
     kept with its stalls, and no stall of the lot is observed.
     """
     before = connection.execute(select(SURVEY).where(SURVEY.c.origin == survey.origin)).mappings().first()
+    if before is not None and before["placed"] == Placed.FIRST and survey.kind is SurveyKind.PICTURE:
+        survey = _numbered_as_before(connection, before, survey, register)
     lot, placed, candidates = _place(connection, survey, before)
     values = survey_columns(survey, lot, placed, candidates, is_sure=_time_is_sure(connection, survey))
     known, doubt = 0, ""
@@ -107,6 +111,29 @@ def _place(
         return None, Placed.UNDECIDED, tuple(each.lot for each in decision.candidates)
     is_lot = decision.answer is Answer.NEW and len(survey.stalls) > 0
     return None, Placed.FIRST if is_lot else Placed.NOTHING, ()
+
+
+def _numbered_as_before(
+    connection: Connection, before: RowMapping, survey: FinishedSurvey, register: Register | None
+) -> FinishedSurvey:
+    """Return a survey by pictures that replaces the one that made a lot; a stall in its place has its former number.
+
+    A mapping numbers stalls in the order in which it finds them: with more pictures, all of them have other numbers.
+    """
+    lot, looked = before["lot"], Findings.of(survey)
+    if is_damaged(connection, "lot", lot):
+        return survey
+    outcome = None if register is None else registered(connection, lot, looked, register)
+    if not isinstance(outcome, Registration):  # both have the lot's own frame
+        outcome = placed_by(connection, lot, looked, Move())
+    made = select(STALL.c.id, STALL.c.first_id).where(STALL.c.lot == lot, STALL.c.first_survey == before["seq"])
+    numbers = {row.id: int(row.first_id) for row in connection.execute(made)}
+    former = {number: numbers[stall] for number, stall in outcome.same.items() if stall in numbers}
+    new = itertools.count(1 + max(numbers.values(), default=0))
+    return replace(
+        survey,
+        stalls=tuple(replace(one, id=former[one.id] if one.id in former else next(new)) for one in survey.stalls),
+    )
 
 
 def lot_places(connection: Connection) -> list[Parcel]:

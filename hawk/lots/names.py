@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from sqlalchemy import Connection, select
 
 from hawk.lots.schema import LOT
-from hawk.lots.values import LONGEST_NAME, NotFoundError, utc
+from hawk.lots.values import NotFoundError, utc
 
 SHOWN: Final = 10
 """Surveys that an error lists, the newest ones."""
@@ -26,15 +26,6 @@ def lot_named(connection: Connection, given: str) -> str:
         raise NotFoundError(f"LOT: {len(found)} lots are called {given!r}; give the id of one: {', '.join(found)}")
     names = ", ".join(sorted(repr(row.name) for row in rows)) or "none"
     raise NotFoundError(f"LOT: no lot is called {given!r}; there are {names}")
-
-
-def free_name(name: str, used: Collection[str]) -> str:
-    """Return a name that is not used: a number follows where it is. "" stays."""
-    number, found = 1, name
-    while name and found in used:
-        number += 1
-        found = f"{name[: LONGEST_NAME - len(str(number)) - 1].rstrip()} {number}"
-    return found
 
 
 def chosen_survey(surveys: Sequence[tuple[str, float]], given: str, of: str = "") -> str:

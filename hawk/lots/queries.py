@@ -98,6 +98,11 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
     return {origin.partition(" ")[0]: {"survey": survey, **shown[lot]} for origin, survey, lot in surveys}
 
 
+def is_stored(connection: Connection, survey_id: str) -> bool:
+    """Return whether the store has a survey, also one that cannot be read."""
+    return connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).first() is not None
+
+
 def survey_row(connection: Connection, survey_id: str) -> Row:
     """Return a survey by its id. Raises NotFoundError."""
     found = connection.execute(select(SURVEY.c.seq).where(SURVEY.c.id == survey_id)).scalar()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import uuid
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -98,6 +98,15 @@ def fitting_name(text: str) -> str:
     """Return a text as the name of a lot: without what cannot be shown, and cut; "" where nothing is left."""
     shown = "".join(each if each.isprintable() or each in _JOINERS else " " for each in text)
     return " ".join(shown.split())[:LONGEST_NAME].rstrip()
+
+
+def free_name(name: str, used: Collection[str]) -> str:
+    """Return a name that is not used: a number follows where it is. "" stays."""
+    number, found = 1, name
+    while name and found in used:
+        number += 1
+        found = f"{name[: LONGEST_NAME - len(str(number)) - 1].rstrip()} {number}"
+    return found
 
 
 def checked_name(name: object, field: str = "name") -> str:

@@ -15,18 +15,23 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+from pydantic import TypeAdapter
+
 from hawk.config import options as values
 from hawk.config.addresses import MOST_PORT
 from hawk.config.loader import load_settings
 from hawk.config.sections import ConfigError
+from hawk.picture.inbox.folder import SETTLE_S
 from hawk.picture.work_folder import is_ours, kept_source, other_source
 from hawk.runtime.late import late
+from hawk.runtime.process import ParentGoneError, kill_with_parent
 
 if TYPE_CHECKING:
     from hawk.daemon import desk, start_checks
     from hawk.picture import files, ingest, lot_files, lot_report, progress, report, sources
     from hawk.picture import values as errors
     from hawk.picture.city import scheduler
+    from hawk.picture.inbox import commands as inbox
 else:
     desk = late("hawk.daemon.desk")
     start_checks = late("hawk.daemon.start_checks")
@@ -39,6 +44,7 @@ else:
     sources = late("hawk.picture.sources")
     errors = late("hawk.picture.values")
     scheduler = late("hawk.picture.city.scheduler")
+    inbox = late("hawk.picture.inbox.commands")
 
 COMMAND: Final = "map"
 PARTLY: Final = 3
@@ -47,6 +53,8 @@ _FAILED: Final = 1
 _STOPPED: Final = 130
 """Exit status after Ctrl-C, as shells have it."""
 _MOST_WORKERS: Final = 256
+_LEAST_MIB: Final = 500.0
+_PASSED_ON: Final = ("height", "lenses", "calibration", "place", "model", "hfov", "focal35", "memory")
 _SCHEDULER: Final = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[^\s:/\[\]]+):([0-9]{1,5})/?")
 _HIGHEST_M: Final = 500.0
 _LONGEST_S: Final = 86_400.0
@@ -56,12 +64,12 @@ def add_map_command(commands: Any) -> None:
     """Add the command to the subparsers of the command line."""
     parser = commands.add_parser(COMMAND, help="find the stalls in photographs, a film or an orthophoto")
     parser.add_argument(
-        "source", type=_source, metavar="SOURCE",
+        "source", type=_source, metavar="SOURCE", nargs="?",
         help="an orthophoto (GeoTIFF, VRT, JPEG or PNG with a world file), a folder of a drone's photographs, a film "
         "(.mp4, .mov) with its .srt or a flight log, a recording (.mcap), or the folder of a WebODM project",
     )  # fmt: skip
     parser.add_argument(
-        "--out", type=values.path, required=True, metavar="DIR",
+        "--out", type=values.path, metavar="DIR",
         help="folder for the table, GeoJSON, GeoPackage, KMZ, picture and report; new or empty, or with --resume",
     )  # fmt: skip
     parser.add_argument("--resume", action="store_true", help="go on with the work that --out holds")
@@ -75,6 +83,7 @@ def add_map_command(commands: Any) -> None:
     _add_orthophoto(parser.add_argument_group("orthophotos"))
     _add_photographs(parser.add_argument_group("photographs and films"))
     _add_store(parser.add_argument_group("store and page"))
+    _add_inbox(parser.add_argument_group("inbox"))
     parser.set_defaults(action=_run, boxed=_needs_network)
 
 
@@ -137,11 +146,36 @@ def _add_store(group: Any) -> None:
     group.add_argument("--port", type=values.whole(0, MOST_PORT), metavar="PORT", help="port of that page")
 
 
+def _add_inbox(group: Any) -> None:
+    group.add_argument(
+        "--watch", type=values.folder, metavar="DIR",
+        help="in place of SOURCE and --out: map each flight that arrives in this folder into --store, and move it to "
+        "done/ or failed/ there, with a report",
+    )  # fmt: skip
+    group.add_argument(
+        "--settle", type=values.number(1.0, _LONGEST_S), metavar="SECONDS",
+        help=f"without a change of its files a flight has arrived ({SETTLE_S:.0f})",
+    )  # fmt: skip
+    group.add_argument(
+        "--memory", type=values.number(_LEAST_MIB), metavar="MIB",
+        help="memory that mapping may take (four fifths of what is free)",
+    )  # fmt: skip
+    group.add_argument("--flight", type=_flight, metavar="JSON", help=argparse.SUPPRESS)
+    group.add_argument("--parent-pid", type=values.pid, metavar="PID", help=argparse.SUPPRESS)
+
+
 def _source(text: str) -> Path:
     found = values.path(text)
     if not found.exists():
         raise argparse.ArgumentTypeError(f"{text} is not there: name a picture, a film or a folder")
     return found
+
+
+def _flight(text: str) -> errors.FlightId:
+    try:
+        return TypeAdapter(errors.FlightId).validate_json(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(f"is no identity of a flight: {error}") from None
 
 
 def _scheduler(text: str) -> str:
@@ -156,13 +190,23 @@ def _needs_network(options: argparse.Namespace) -> bool:
 
 
 def _run(options: argparse.Namespace) -> int:
+    if options.parent_pid is not None:
+        try:
+            kill_with_parent(options.parent_pid)
+        except ParentGoneError as error:
+            _say_error(options, str(error))
+            return _FAILED
+    if options.watch is not None:
+        _check_watch(options)
+        _check_store(options.store)
+        return inbox.watch(options, _passed_on(options))
     _check(options)
     asked = sources.MapRequest(
         source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
-        taken=options.taken,
+        taken=options.taken, flight=options.flight,
     )  # fmt: skip
     try:
         with kept_source(options.out, options.source):
@@ -180,8 +224,38 @@ def _run(options: argparse.Namespace) -> int:
     return PARTLY if mapped.left_out else 0
 
 
+def _check_watch(options: argparse.Namespace) -> None:
+    """Refuse options that an inbox has no use for. Raises ConfigError naming one and the remedy."""
+    own = {"watch", "settle", "store", "json", "action", "boxed", *_PASSED_ON}
+    for name, value in vars(options).items():
+        if name not in own and value not in (None, False):
+            option = name if name == "source" else f"--{name.replace('_', '-')}"
+            raise ConfigError(
+                f"{option.replace('source', 'SOURCE')}: not together with --watch, which maps every flight"
+            )
+    if options.store is None:
+        raise ConfigError("--store: is needed with --watch: name the folder of the store of lots")
+    watched = options.watch.resolve()
+    for name, path in (("the store", options.store), ("a home folder", Path.home())):
+        if path.resolve().is_relative_to(watched):
+            raise ConfigError(f"--watch: {options.watch} holds {name}, whose files would be moved; name a new folder")
+
+
+def _passed_on(options: argparse.Namespace) -> dict[str, str]:
+    """Return the options that hold for the flights of an inbox, by name."""
+    given = {name: getattr(options, name) for name in _PASSED_ON}
+    return {name: str(value) for name, value in given.items() if value is not None}
+
+
 def _check(options: argparse.Namespace) -> None:
     """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
+    for name in ("source", "out"):
+        if getattr(options, name) is None:
+            raise ConfigError(
+                f"{'SOURCE' if name == 'source' else '--out'}: is needed without --watch (see map --help)"
+            )
+    if options.settle is not None:
+        raise ConfigError("--settle: only together with --watch")
     is_file = options.out.exists() and not options.out.is_dir()
     if is_file or not options.resume:
         try:
@@ -261,6 +335,7 @@ def _write(options: argparse.Namespace, mapped: errors.PictureSurvey) -> ingest.
     if options.json:
         paths = [str(path) for path in written]
         said = {"event": "report", **report.report(mapped, program), "files": paths, "store": kept and kept.words}
+        said |= {"stored_survey": kept and kept.survey}
         print(json.dumps(said))
         return kept
     print(report.text(mapped))

@@ -8,13 +8,19 @@ from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import PLACED, LotStoreError, Placed, Saved, fitting_name
 from hawk.picture.values import NO_STALLS, LotSurvey, PictureError, PictureSurvey
+from hawk.runtime.late import late
+
+if TYPE_CHECKING:  # loaded on the store's thread
+    from hawk.lots import queries
+else:
+    queries = late("hawk.lots.queries")
 
 _WORDS: Final = {
     Placed.FIRST: "the first survey of {lot}",
@@ -67,6 +73,14 @@ def store_survey(landed: LandingFacts, folder: Path, name: str | None = None) ->
     return StoredSurvey(f"Stored in {folder} as {words}{kept}", saved.lot, saved.survey, doubt_of(saved))
 
 
+def has_survey(folder: Path, survey: str) -> bool:
+    """Return whether the store of a folder has the survey of an id. Raises PictureError."""
+    if not lots_file(folder).exists():
+        return False
+    with opened_store(folder) as store:
+        return store.has(survey)
+
+
 def placed_words(saved: Saved) -> str:
     """Return what a survey is in the store."""
     return _WORDS[saved.placed].format(lot=saved.lot_name, known=saved.known, doubt=saved.doubt)
@@ -89,6 +103,13 @@ class OpenedStore:
         """Save a survey. Raises PictureError; nothing is written then."""
         try:
             return self._runner.run(self._store.save(landed))
+        except (LotStoreError, OSError) as error:
+            raise PictureError(f"--store: {error}") from error
+
+    def has(self, survey: str) -> bool:
+        """Return whether the store has the survey of an id. Raises PictureError."""
+        try:
+            return self._runner.run(self._store.read(lambda connection: queries.is_stored(connection, survey)))
         except (LotStoreError, OSError) as error:
             raise PictureError(f"--store: {error}") from error
 

@@ -29,8 +29,9 @@ from hawk.results.stall_files import DEGREES, table_csv
 from hawk.runtime.files import replace_whole
 
 LOT_COLUMNS: Final = (
-    "lot_id", "lot_name", "stalls", "free", "taken", "unknown", "free_least", "free_most", "area_seen_m2",
-    "unseen_share", "unsure", "doubts", "tags", "latitude", "longitude", "survey_id", "picture", "stored",
+    "lot_id", "lot_name", "stalls", "free", "taken", "unknown", "free_least", "free_most", "vehicles", "vehicles_least",
+    "vehicles_most", "capacity", "occupancy", "area_seen_m2", "unseen_share", "unsure", "doubts", "tags",
+    "latitude", "longitude", "survey_id", "picture", "stored",
 )  # fmt: skip
 """Columns of ``lots.csv``."""
 _NO_NAME: Final = re.compile(r"[^\w.-]+", re.ASCII)

@@ -54,6 +54,7 @@ class LotCount:
             "unknown": record.count("unknown"),
             "free_least": least,
             "free_most": most,
+            **self._vehicles(),
             "area_seen_m2": round(mapped.area_m2, 1),
             "unseen_share": round(self.survey.unseen_share, 3),
             "unsure": None if self.survey.unsure is None else round(self.survey.unsure, 3),
@@ -64,6 +65,18 @@ class LotCount:
             "survey_id": record.survey,
             "picture": self.picture,
             "stored": self.stored,
+        }
+
+    def _vehicles(self) -> dict[str, float | int | None]:
+        """Return the vehicles in the outline, and their share of the places that its file says."""
+        parked, least, most = self.survey.vehicles or (None, None, None)
+        places = self.facts.capacity
+        return {
+            "vehicles": parked,
+            "vehicles_least": least,
+            "vehicles_most": most,
+            "capacity": places,
+            "occupancy": None if parked is None or places is None else round(parked / places, 4),
         }
 
 
@@ -132,4 +145,13 @@ def _line(count: LotCount) -> str:
     within = "" if count.bounds is None else f" ({count.bounds[0]} to {count.bounds[1]})"
     doubts = "".join(f" {doubt}" for doubt in count.survey.doubts)
     said = f"{count.facts.name}: {len(record.stalls)} stalls, free {record.count('free')}{within}"
-    return f"{said}, taken {record.count('taken')}, unclear {record.count('unknown')}.{doubts}"
+    return f"{said}, taken {record.count('taken')}, unclear {record.count('unknown')}{_parked(count)}.{doubts}"
+
+
+def _parked(count: LotCount) -> str:
+    """Return the vehicles of a lot whose places are given, or that has no stalls."""
+    places = count.facts.capacity
+    if count.survey.vehicles is None or (places is None and count.survey.mapped.survey.stalls):
+        return ""
+    parked, least, most = count.survey.vehicles
+    return f", {parked} vehicles ({least} to {most}){'' if places is None else f' for {places} places'}"

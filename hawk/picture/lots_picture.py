@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from typing import Final
-from unicodedata import normalize
 
 import cv2
 import numpy as np
@@ -14,8 +13,8 @@ from numpy.typing import NDArray
 from hawk.exports.values import ExportRecord
 from hawk.lots.registration.georeference import about
 from hawk.picture.lot_report import LotCount
+from hawk.results.letters import width_of, write
 from hawk.results.map_picture import FREE, TAKEN, scale_bar_m
-from hawk.runtime.late import late
 
 Image = NDArray[np.uint8]
 _LONGEST: Final = 1500
@@ -27,11 +26,9 @@ _PAPER: Final = 250
 _NONE: Final = (200, 200, 200)
 _INK: Final = (40, 34, 28)
 _TEXT: Final = 15
-"""Height of letters, pixels."""
-
-ImageModule = late("PIL.Image")
-ImageDraw = late("PIL.ImageDraw")
-ImageFont = late("PIL.ImageFont")
+"""Size of letters, pixels."""
+_LINE: Final = 18
+_MARGIN: Final = 4
 
 
 def lots_picture(whole: ExportRecord, counts: Sequence[LotCount]) -> Image:
@@ -49,7 +46,8 @@ def lots_picture(whole: ExportRecord, counts: Sequence[LotCount]) -> Image:
     for each, several in zip(counts, onto, strict=True):
         cv2.fillPoly(canvas, several, _colour(each), cv2.LINE_AA)
         cv2.polylines(canvas, several, True, _INK, 3 if each.survey.doubts else 1, cv2.LINE_AA)
-    return _written(canvas, counts, onto, _draw_bar(canvas, metres))
+    _write(canvas, counts, onto, _draw_bar(canvas, metres))
+    return canvas
 
 
 def _rings(whole: ExportRecord, count: LotCount) -> list[NDArray[np.float64]]:
@@ -81,32 +79,32 @@ def _draw_bar(canvas: Image, metres: float) -> str:
     return f"{bar_m} m"
 
 
-def _plain(count: LotCount) -> str:
-    """Return the name of a lot in letters that Pillow's own font has: without accents; its id where it has no other."""
-    name = normalize("NFKD", count.facts.name).encode("ascii", "ignore").decode().strip()
-    return name or count.facts.id.encode("ascii", "replace").decode()
+def _counted(count: LotCount) -> str:
+    """Return the free stalls of a lot in words, or the vehicles of one without stalls."""
+    record, vehicles = count.survey.mapped.survey, count.survey.vehicles
+    if record.stalls or vehicles is None:
+        return f"{record.count('free')} of {len(record.stalls)} free"
+    return f"{vehicles[0]} vehicles" + ("" if count.facts.capacity is None else f", {count.facts.capacity} places")
 
 
-def _written(canvas: Image, counts: Sequence[LotCount], onto: Sequence[Sequence[NDArray[np.int32]]], bar: str) -> Image:
-    """Return the picture with names and legend."""
-    picture = ImageModule.fromarray(np.ascontiguousarray(canvas[..., ::-1]))
-    draw, font = ImageDraw.Draw(picture), ImageFont.load_default(_TEXT)
+def _write(
+    canvas: Image, counts: Sequence[LotCount], onto: Sequence[Sequence[NDArray[np.int32]]], bar: str
+) -> None:  # fmt: skip
+    """Write names and legend into the picture; ``bar``: length of the scale bar."""
     high, wide = canvas.shape[:2]
     used: list[tuple[float, float, float, float]] = []
     order = sorted(range(len(counts)), key=lambda k: (-cv2.contourArea(onto[k][0]), counts[k].facts.id))
     for k in order:
-        record = counts[k].survey.mapped.survey
-        text = f"{_plain(counts[k])}\n{record.count('free')} of {len(record.stalls)} free"
+        lines = (counts[k].facts.name, _counted(counts[k]))
+        half = max(width_of(line, _TEXT) for line in lines) / 2
         x, y = onto[k][0].mean(axis=0).tolist()
-        left, top, right, bottom = draw.multiline_textbbox((x, y), text, font=font, anchor="mm", align="center")
-        x += max(4 - left, 0) - max(right - wide + 4, 0)
-        left, top, right, bottom = draw.multiline_textbbox((x, y), text, font=font, anchor="mm", align="center")
+        x = min(max(x, half + _MARGIN), max(wide - half - _MARGIN, half + _MARGIN))
+        left, top, right, bottom = x - half, y - _LINE, x + half, y + _LINE
         if any(left < other[2] and other[0] < right and top < other[3] and other[1] < bottom for other in used):
             continue
         used.append((left, top, right, bottom))
-        edge = {"stroke_width": 3, "stroke_fill": (255, 255, 255)}
-        draw.multiline_text((x, y), text, font=font, anchor="mm", align="center", fill=_INK[::-1], **edge)
+        for number, line in enumerate(lines):
+            write(canvas, line, (x, y - 4 + number * _LINE), _TEXT, _INK, anchor="middle", halo=(255, 255, 255))
     legend = "Blue: free. Orange: taken. Grey: no stalls. Thick edge: in doubt (lots.csv). North is up."
-    draw.text((16, high - _STRIP + 12), legend, font=font, fill=_INK[::-1])
-    draw.text((wide - 24, high - _STRIP + 12), bar, font=font, anchor="ra", fill=_INK[::-1])
-    return np.ascontiguousarray(np.asarray(picture, np.uint8)[..., ::-1])
+    write(canvas, legend, (16, high - _STRIP + 26), _TEXT, _INK)
+    write(canvas, bar, (wide - 24, high - _STRIP + 26), _TEXT, _INK, anchor="right")

@@ -169,8 +169,10 @@ def _landed(
 ) -> LandingFacts:
     times = [shot.time for shot in shots if shot.time is not None] or [shot.path.stat().st_mtime for shot in shots]
     ended, is_sure = provenance.moment(max(times))
+    flight = provenance.flight
+    own = hashlib.sha256(_identity(shots).encode()).hexdigest()[:16] if flight is None else flight.id
     return LandingFacts(
-        name=f"{provenance.kind.value} {hashlib.sha256(_identity(shots).encode()).hexdigest()[:16]}",
+        name=f"{provenance.kind.value} {own}",
         datum=datum,
         current=current,
         outline=None,

@@ -68,7 +68,8 @@ def pose_shots(
     progress: Progress,
 ) -> ReconstructedShots:
     """Adjust the poses of shots and decide the scale. Arguments and errors are those of `survey_shots`."""
-    datum = _middle(shots)
+    flight = provenance.flight
+    datum = _middle(shots) if flight is None or flight.datum is None else GlobalPose(*flight.datum, 0.0)
     doubt = "" if provenance.height_m is not None else doubt_of(shots)
     is_none = any(shot.height is None or shot.height > HIGHEST_M for shot in shots)
     shots = guess_heights(shots) if is_none else shots

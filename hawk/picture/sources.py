@@ -29,7 +29,7 @@ from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import survey_shots
 from hawk.picture.shot_detections import Files, Pictures
-from hawk.picture.values import PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
+from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
@@ -58,6 +58,7 @@ class MapRequest:
     focal35_mm: float | None = None
     name: str | None = None
     taken: float | None = None
+    flight: FlightId | None = None
     now: float = field(default_factory=time.time)
 
 
@@ -151,13 +152,14 @@ def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
     read = read_folder(
         asked.source,
         lenses=asked.lenses,
-        calibration=_calibration(asked.calibration),
+        calibration=calibration_of(asked.calibration),
         height_m=asked.height_m,
         group=asked.group,
         place=asked.place,
     )
     _check_times(asked, read.shots, MomentSource.EXIF if read.time_is_sure else MomentSource.CAMERA)
-    provenance = _provenance(asked, asked.source.resolve().name, SourceKind.PHOTOGRAPHS, read)
+    name = asked.source.resolve().name if asked.flight is None else asked.flight.name
+    provenance = _provenance(asked, name, SourceKind.PHOTOGRAPHS, read)
     return _of_shots(asked, provenance, read, Files(), progress)
 
 
@@ -170,7 +172,7 @@ def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
         asked.source,
         log=asked.log,
         log_offset_s=asked.log_offset_s,
-        lens=LensChoice(_calibration(asked.calibration), asked.hfov_deg, asked.focal35_mm, asked.lenses),
+        lens=LensChoice(calibration_of(asked.calibration), asked.hfov_deg, asked.focal35_mm, asked.lenses),
         height_m=asked.height_m,
         progress=progress,
     )
@@ -198,7 +200,9 @@ def _project(asked: MapRequest, progress: Progress) -> PictureSurvey:
 
 def _provenance(asked: MapRequest, name: str, kind: SourceKind, read: ShotSet | None = None) -> Provenance:
     is_sure = read is not None and read.time_is_sure
-    return Provenance(name, kind, is_sure, asked.height_m, asked.name or "", asked.taken)
+    flight = asked.flight
+    title = asked.name or ("" if flight is None else fitting_name(flight.name))
+    return Provenance(name, kind, is_sure, asked.height_m, title, asked.taken, flight)
 
 
 def _of_shots(
@@ -240,7 +244,7 @@ def _refuse(asked: MapRequest, kind: str, *names: str) -> None:
             raise PictureError(f"--{option}: has no use for {kind}; leave it out")
 
 
-def _calibration(path: Path | None) -> CameraModel | None:
+def calibration_of(path: Path | None) -> CameraModel | None:
     """Return the lens of a file as ROS writes it. Raises PictureError."""
     if path is None:
         return None

@@ -123,12 +123,25 @@ class ShotSet:
 
 
 @dataclass(frozen=True, slots=True)
+class FlightId:
+    """Identity of a flight whose pictures may arrive in parts: its survey with more of them replaces the former one.
+
+    ``name``: for its lot. ``datum``: latitude and longitude of the survey's frame, degrees; None: the pictures' middle.
+    """
+
+    id: str
+    name: str
+    datum: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
 class Provenance:
     """Origin of pictures: the ``name`` of their folder or file, and its kind.
 
     ``title``: name of the lot that a person gave, "" for that of the pictures. ``ended``: moment of the last picture
     that a person says, Unix seconds; None: as the files say it, and not ``time_is_sure`` by a clock that a person set
-    and whose zone is not known. ``height_m``: above the ground, that a person gave.
+    and whose zone is not known. ``height_m``: above the ground, that a person gave. ``flight``: None where the pictures
+    themselves say which survey it is.
     """
 
     name: str
@@ -137,6 +150,7 @@ class Provenance:
     height_m: float | None = None
     title: str = ""
     ended: float | None = None
+    flight: FlightId | None = None
 
     @property
     def own_name(self) -> str:
@@ -183,13 +197,14 @@ class LotFacts:
     """A lot as a file of outlines says it.
 
     ``id``: the feature's own, else by name and place. ``name``: ``is_named`` by the file, else by its number there.
-    ``tags``: what else the file says, by the names of its properties.
+    ``tags``: what else the file says, by the names of its properties. ``capacity``: places that it gives; None: none.
     """
 
     id: str
     name: str
     is_named: bool = False
     tags: tuple[tuple[str, str], ...] = ()
+    capacity: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,7 +212,8 @@ class LotSurvey:
     """The survey of one lot of several outlines.
 
     ``unseen_share``: of its outline, that was not seen. ``unsure``: mean chance, by the network, that a stall is none
-    or has another state; None without stalls. ``doubts``: sentences on why its count may be wrong.
+    or has another state; None without stalls. ``doubts``: sentences on why its count may be wrong. ``vehicles``: how
+    many are found in it, and the least and most of their interval; None of a network that finds none.
     """
 
     facts: LotFacts
@@ -205,6 +221,7 @@ class LotSurvey:
     unseen_share: float
     unsure: float | None
     doubts: tuple[str, ...] = ()
+    vehicles: tuple[int, int, int] | None = None
 
 
 class LotSurveys(Protocol):

@@ -51,13 +51,16 @@ def read_report(connection: Connection, pictures: PictureFolder, wanted: Wanted,
     """Return a report; ``now``: Unix seconds. Raises NotFoundError, LotInputError, LotStoreError."""
     period = period_of_lot(connection, wanted.lot, wanted.begin, wanted.end, wanted.time_zone)
     panel = read_panel(connection, wanted.lot, period)
-    question = wanted.asked
+    question = uses.of_parts(connection, wanted.lot, panel, wanted.asked)
     wanted = replace(wanted, asked=replace(question, sections=()))  # stalls and sections are counted apart
     asked = asked_use(panel, wanted.asked)
     listed = uses.uses_of(connection, wanted.lot, period, panel)[::-1]
     used = tuple(each for each in listed if not each.left_out)
     deleted = tuple(_deleted(connection, wanted.lot, panel, period))
-    missing = (*_missing(panel, asked.left_out), *(each for each in deleted if _is_asked(wanted.asked, each.at)))
+    sections = _sections(connection, wanted.lot, period, question)
+    use = None if panel.stalls or sections is None else sections.use
+    unseen = asked.left_out if use is None else use.left_out
+    missing = (*_missing(panel, unseen), *(each for each in deleted if _is_asked(wanted.asked, each.at)))
     layouts, lost = _layouts(connection, wanted.lot, panel, period)
     others = (*(each.at for each in deleted), *(each.ended.astimezone(panel.clock) for each in panel.left_out))
     flown = frozenset(each.date() for each in (*panel.local_times, *others))
@@ -74,7 +77,7 @@ def read_report(connection: Connection, pictures: PictureFolder, wanted: Wanted,
         whole=total, rows=rows, zones=_parts(panel, wanted.asked, "zone"),
         kinds=_parts(panel, wanted.asked, "kind"), surveys=used, flown=flown,
         missing=tuple(sorted(missing, key=lambda each: each.at)), layouts=layouts,
-        sections=_sections(connection, wanted.lot, period, question),
+        sections=sections,
         stalls=_stalls(connection, wanted.lot, panel, period), states_at=panel.local_times[-MOST_STATES:],
     )  # fmt: skip
 

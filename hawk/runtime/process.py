@@ -233,6 +233,20 @@ def watched_parent(pid: int | None, ended: Callable[[], None]) -> Iterator[None]
         os.close(pidfd)
 
 
+def kill_with_parent(pid: int) -> None:
+    """End this process by SIGKILL when the process ``pid`` ends: for work that can be cut off at any moment.
+
+    Raises ParentGoneError as `watched_parent`.
+    """
+    pidfd = _open_parent(pid)
+
+    def wait() -> None:
+        select.select([pidfd], [], [])
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    threading.Thread(target=wait, name="parent", daemon=True).start()
+
+
 def _open_parent(pid: int) -> int:
     gone = ParentGoneError(f"no process {pid} that is older than this one")
     try:

@@ -36,12 +36,16 @@ class Counted:
     variance: Floats = field(repr=False)
 
     def bounds(self) -> tuple[Floats, Floats]:
-        """Return the ends of the interval of each share, (S, G): within all unseen stalls free, and all taken."""
+        """Return the ends of the interval of each share, (S, G): within all unseen stalls free, and all taken.
+
+        They are NaN for a group without stalls.
+        """
         off = DEVIATIONS * np.sqrt(self.variance)
         wrong = DEVIATIONS * np.sqrt(self.error)
         unseen = self.capacity - self.seen
-        low = np.maximum(self.share - off, (self.taken - wrong) / self.capacity)
-        high = np.minimum(self.share + off, (self.taken + unseen + wrong) / self.capacity)
+        with np.errstate(invalid="ignore"):
+            low = np.maximum(self.share - off, (self.taken - wrong) / self.capacity)
+            high = np.minimum(self.share + off, (self.taken + unseen + wrong) / self.capacity)
         return np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0)
 
     def shares(self, group: int = 0) -> list[Estimate]:

@@ -8,14 +8,14 @@ from datetime import tzinfo
 from typing import Final
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, Row, and_, or_, select
+from sqlalchemy import ColumnElement, Connection, Row, and_, func, or_, select
 
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.values import NO_STALLS
 from hawk.lots.plan.versions import newest_layout
-from hawk.lots.schema import LOOKS, LOT, STALL, SURVEY, ZONE
+from hawk.lots.schema import LOOKS, LOT, SECTION_LOOK, STALL, SURVEY, ZONE
 from hawk.lots.storage.database import version_of
 from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.survey.order import has_been, is_sure
@@ -180,20 +180,26 @@ def _read(connection: Connection, lot: str, period: Period, *of: ColumnElement[b
     columns = (*(SURVEY.c[each] for each in _SURVEY), is_sure(), has_been())
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have(), *of)
     rows = connection.execute(asked.order_by(SURVEY.c.ended)).all()
-    why = [_why_not(row[3], time_is_sure=row[5], has_been=row[6]) for row in rows]
+    asked = select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
+    stalls = in_order(connection.execute(asked).all())
+    by_sections = {} if any(row.ends is None for row in stalls) else _section_moments(connection, lot)
+    why = [
+        _why_not(is_placed=row[3] in PLACED or row[0] in by_sections, time_is_sure=row[5], has_been=row[6])
+        for row in rows
+    ]
     looks = looks_of(connection, [row[0] for row, reason in zip(rows, why, strict=True) if not reason])
-    at = dict(zip(looks.surveys, looks.at.tolist(), strict=True))
+    at = {row[0]: by_sections[row[0]] for row, reason in zip(rows, why, strict=True)
+          if not reason and row[0] in by_sections}  # fmt: skip
+    at |= dict(zip(looks.surveys, looks.at.tolist(), strict=True))
     used = sorted((row for row in rows if row[0] in at), key=lambda row: at[row[0]])
     line = {row[0]: number for number, row in enumerate(used)}
     newest = newest_layout(connection, lot)
     layouts = np.array([newest if row[4] is None else row[4] for row in used], np.int64)
-    asked = select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
-    stalls = in_order(connection.execute(asked).all())
     begins = np.array([row.begins for row in stalls], np.int64)
     ends = np.array([_NO_END if row.ends is None else row.ends for row in stalls], np.int64)
     is_there = (begins <= layouts[:, None]) & (layouts[:, None] < ends)
     lines = np.array([line[survey] for survey in looks.surveys], np.int64)
-    taken, state = _table(looks, lines, np.array([row.key for row in stalls], np.int64))
+    taken, state = _table(looks, lines, len(used), np.array([row.key for row in stalls], np.int64))
     return _Looked(
         lot, str(name), tuple(row[1] for row in rows), np.array([at.get(row[0], row[2]) for row in rows], np.float64),
         tuple(reason or ("" if row[0] in at else NO_LOOKS) for row, reason in zip(rows, why, strict=True)),
@@ -203,19 +209,26 @@ def _read(connection: Connection, lot: str, period: Period, *of: ColumnElement[b
     )  # fmt: skip
 
 
-def _why_not(placed: str, *, time_is_sure: bool, has_been: bool) -> str:
+def _section_moments(connection: Connection, lot: str) -> dict[int, float]:
+    """Return the mean moment of the looks at sections of a lot without stalls, by the number of the survey."""
+    moments = select(SECTION_LOOK.c.survey, func.avg(SECTION_LOOK.c.looked_at)).group_by(SECTION_LOOK.c.survey)
+    found = connection.execute(moments.join(SURVEY, SURVEY.c.seq == SECTION_LOOK.c.survey).where(SURVEY.c.lot == lot))
+    return {int(survey): float(at) for survey, at in found}
+
+
+def _why_not(*, is_placed: bool, time_is_sure: bool, has_been: bool) -> str:
     """Return why a survey is left out; nothing for one that counts."""
-    if placed not in PLACED:
+    if not is_placed:
         return UNREGISTERED
     return "" if time_is_sure else NO_TIME if has_been else NOT_YET
 
 
-def _table(looks: Looks, lines: Ints, keys: Ints) -> tuple[Floats32, States]:
-    """Return probability and state (S, N) of the stalls with some keys.
+def _table(looks: Looks, lines: Ints, count: int, keys: Ints) -> tuple[Floats32, States]:
+    """Return probability and state (S, N) of the stalls with some keys, S being the ``count`` of surveys.
 
     ``lines``: where each survey of ``looks`` stands.
     """
-    size = (len(lines), len(keys))
+    size = (count, len(keys))
     taken, state = np.full(size, np.nan, np.float32), np.full(size, UNSEEN, np.int8)
     if not taken.size or not len(looks.stall):
         return taken, state

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
 from sqlalchemy import ColumnElement, Connection, RowMapping, func, select, tuple_
 
+from hawk.lots.plan.queries import sections_of
 from hawk.lots.rows import readable
 from hawk.lots.schema import LOOKS, SURVEY
 from hawk.lots.section_lists import sections_seen
@@ -46,9 +48,18 @@ def ask(connection: Connection, lot: str, period: Period, asked: Asked) -> Asked
 
     Raises LotInputError for a part that the lot has not; NotFoundError, LotStoreError.
     """
+    panel = read_panel(connection, lot, period)
+    asked = of_parts(connection, lot, panel, asked)
     if asked.sections:
         return use_of_sections(read_sections(connection, lot, period), asked)
-    return asked_use(read_panel(connection, lot, period), asked)
+    return asked_use(panel, asked)
+
+
+def of_parts(connection: Connection, lot: str, panel: Panel, asked: Asked) -> Asked:
+    """Return a question with the parts that it means: the whole of a lot without stalls is all of its sections."""
+    if panel.stalls or asked.rows or asked.zones or asked.kinds or asked.sections:
+        return asked
+    return replace(asked, sections=tuple(each.name for each in sections_of(connection, lot) if each.outline))
 
 
 def changes(connection: Connection, lot: str, before: str, after: str) -> Changed:

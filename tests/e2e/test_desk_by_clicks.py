@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import filecmp
-import os
 import re
-import sys
 from collections.abc import AsyncIterator
 from pathlib import Path
 
@@ -19,6 +16,7 @@ from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import pictures_of
+from tests.e2e.desk import desk_of
 from tests.e2e.hands import button, new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, chosen, done
@@ -39,18 +37,8 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         saved = save(connection, survey())
     store.close()
     pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
-    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
-    process = await asyncio.create_subprocess_exec(
-        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
-    )
-    assert process.stdout is not None
-    async with asyncio.timeout(PATIENCE_S):
-        line = (await process.stdout.readline()).decode()
-    assert line.startswith("hawk: open http")
-    yield line.split()[2]
-    process.terminate()
-    async with asyncio.timeout(PATIENCE_S):
-        assert await process.wait() == 0
+    async with desk_of(tmp_path) as address:
+        yield address
 
 
 async def test_a_plan_is_corrected_over_the_picture_of_a_survey(

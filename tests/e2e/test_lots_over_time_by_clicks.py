@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
-import os
 import re
-import sys
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +15,10 @@ from hawk.lots.ingest import save
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.lot_map import StallState
+from tests.e2e.desk import desk_of
 from tests.e2e.hands import new_page, press, shows
 from tests.e2e.test_plan_by_clicks import Store, at, done
 from tests.e2e.watching import watch
-from tests.pace import PATIENCE_S
 from tests.unit.stats.test_panel import register, seen
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
@@ -43,17 +40,8 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         with store.writing() as connection:
             save(connection, replace(one, name=f"{number:06d}-X", began=at - 600, ended=at, stalls=stalls), register)
     store.close()
-    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
-    process = await asyncio.create_subprocess_exec(
-        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
-    )
-    assert process.stdout is not None
-    async with asyncio.timeout(PATIENCE_S):
-        line = (await process.stdout.readline()).decode()
-    yield line.split()[2]
-    process.terminate()
-    async with asyncio.timeout(PATIENCE_S):
-        assert await process.wait() == 0
+    async with desk_of(tmp_path) as address:
+        yield address
 
 
 async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:

@@ -83,6 +83,7 @@ async def open_editor(page: Page) -> None:
     await tab.first.click()
     await press(page, "(Correct the plan|Corriger le plan)")
     await expect(page.locator(".plantools")).to_be_visible()
+    await expect(page.get_by_text("No map yet")).to_have_count(0)  # it would cover the plan
 
 
 async def correct(page: Page) -> None:
@@ -398,4 +399,5 @@ async def test_a_plan_is_imported_by_clicks(browser: Browser, fake: Any, tmp_pat
     await press(page, "Close the edit")
     await shows(page, "The plan is closed as version 2")
     assert {each["id"]: label for label, each in (await store.stalls()).items()} == owners
+    assert all(each["is_named"] for each in (await store.stalls()).values()), "they are as painted"
     assert not errors

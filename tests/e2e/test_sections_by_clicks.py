@@ -7,6 +7,8 @@ import os
 import re
 import sys
 from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,10 @@ import pytest_asyncio
 from playwright.async_api import Browser, Page, expect
 
 from hawk.lots.ingest import save
+from hawk.lots.plan_files.formats import read_plan
+from hawk.lots.plan_import import transfer
+from hawk.lots.plan_import.choices import asked_of
+from hawk.lots.plan_import.previews import preview
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import pictures_of
@@ -22,6 +28,7 @@ from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, done
 from tests.e2e.watching import watch
 from tests.pace import PATIENCE_S
+from tests.unit.lots.plan_files.files import degrees, feature, geojson
 from tests.unit.lots.test_training_set import mosaic
 from tests.unit.stats.test_panel import register
 from tests.unit.stats.test_section_use import MONDAY, flown_at
@@ -48,7 +55,14 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
             saved = save(connection, flown_at(number, MONDAY + 86_400 * number, easts), register)
         pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
     store.close()
-    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(tmp_path)]
+    async with desk(tmp_path) as address:
+        yield address
+
+
+@asynccontextmanager
+async def desk(folder: Path) -> AsyncIterator[str]:
+    """Serve a store; yield the address."""
+    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(folder)]
     process = await asyncio.create_subprocess_exec(
         *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
     )
@@ -163,7 +177,62 @@ async def test_a_street_is_drawn_counted_and_asked_about(browser: Browser, addre
     await page.wait_for_timeout(400)
     await page.screenshot(path=screenshots / "section-phone.png")
     await page.set_viewport_size(DESK)  # type: ignore[arg-type]
+    await compared(page, screenshots)
     await asked_by_weekday(page, screenshots)
+    assert not errors
+
+
+async def compared(page: Page, screenshots: Path) -> None:
+    """Both maps and the list show how the section changed; a press in the list opens its card."""
+    await page.get_by_role("navigation", name="Views").get_by_role("link", name="Compare", exact=True).click()
+    await page.wait_for_selector("hawk-survey-map[data-drawn=all]")
+    row = page.get_by_role("table", name="Sections").get_by_role("row", name="Elm Street")
+    await expect(row).to_contain_text(re.compile(r"5 \(\d to \d\).*2 \(\d to \d\)", re.S))
+    await row.get_by_role("button", name="Elm Street").click()
+    await expect(page.locator("[data-section]")).to_contain_text("5, then 2 of 4 parked")
+    await expect(page).to_have_url(re.compile(r"section=[0-9a-f-]{36}"))
+    await page.wait_for_timeout(400)
+    await page.screenshot(path=screenshots / "section-compared.png")
+    assert await page.evaluate(RUN_AXE) == []
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def street(tmp_path: Path) -> AsyncIterator[str]:
+    """A desk that serves a lot of one section, which a file brought, with two surveys that found no stall."""
+    kerb = feature(degrees(KERB), "LineString", name="Élm Street", side="right", kind="parallel", capacity=4)
+    chosen = asked_of({}, ())
+    store = Database(tmp_path / FILE)
+    with store.writing() as connection:
+        found = preview(connection, None, read_plan(geojson([kerb]), chosen.file), chosen, None)
+        transfer.begin(connection, found, {"name": "Street"}, "Ann", MONDAY - 1e6)
+    for number, easts in enumerate(PARKED[:2]):
+        flown = flown_at(number, MONDAY + 86_400 * number, easts)
+        with store.writing() as connection:
+            saved = save(connection, replace(flown, stalls=(), outline=flown.seen_ground))
+        pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
+    store.close()
+    async with desk(tmp_path) as address:
+        yield address
+
+
+async def test_a_lot_of_sections_alone_opens_in_every_view(browser: Browser, street: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, street)
+    main = page.get_by_role("main")
+    await expect(main.locator("p.large")).to_contain_text("5 of 4 parked, over-full")
+    await page.screenshot(path=screenshots / "street-lots.png")
+    assert await page.evaluate(RUN_AXE) == []
+    views = page.get_by_role("navigation", name="Views")
+    await views.get_by_role("link", name="Compare", exact=True).click()
+    await expect(main.locator("p.large")).to_contain_text("3, then 5 of 4 parked")
+    await page.wait_for_selector("hawk-survey-map[data-drawn=all]")
+    await page.wait_for_timeout(400)
+    await page.screenshot(path=screenshots / "street-compared.png")
+    assert await page.evaluate(RUN_AXE) == []
+    await views.get_by_role("link", name="Report", exact=True).click()
+    await expect(main.locator(".answer")).to_contain_text("100 % taken")
+    await expect(main.locator(".answer")).to_contain_text("4 places")
+    await page.screenshot(path=screenshots / "street-asked.png", full_page=True)
+    assert await page.evaluate(RUN_AXE) == []
     assert not errors
 
 

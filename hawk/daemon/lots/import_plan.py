@@ -1,4 +1,4 @@
-"""The command ``hawk-drone import-plan``: an owner's plan from a file into a lot of the store, or into a new one.
+"""The command ``hawk-drone import-plan``: stalls and sections of an owner's plan from a file into a lot.
 
 It works while the daemon runs, as `hawk-drone backup` does. Nothing is written by ``--dry-run``.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import asyncio
 import time
+from collections import Counter
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
@@ -63,8 +64,8 @@ def add_import_command(commands: Any) -> None:
         metavar="X,Y,LAT,LON",
         help="a point of the drawing and its place on Earth; twice, for a plan without coordinates",
     )
-    parser.add_argument("--replace", action="store_true", help="end stalls on its ground that the plan has not")
-    parser.add_argument("--rename", action="store_true", help="put a number behind labels that another stall keeps")
+    parser.add_argument("--replace", action="store_true", help="end stalls and sections on its ground that it has not")
+    parser.add_argument("--rename", action="store_true", help="put a number behind labels and names that others keep")
     parser.add_argument("--uncertain", action="store_true", help="take it where its place is not certain, too")
     parser.add_argument("--who", type=values.some, default="hawk-drone", metavar="NAME", help="the one who imports")
     parser.add_argument("--dry-run", action="store_true", help="show what would change, write nothing")
@@ -108,7 +109,7 @@ def _taken(
     _shown(found)
     if found.lot is None:
         made = transfer.begin(connection, found, {"name": options.new}, options.who, now)
-        return f"{options.new} is made, with {made.stalls} stalls: lot {made.lot}, change {made.seq}"
+        return f"{options.new} is made, with {_parts(made.stalls, made.sections)}: lot {made.lot}, change {made.seq}"
     edit = edits.open_edit(connection, found.lot, {"who": options.who}, now).edit
     transfer.take(connection, found, {"edit": edit, "uncertain": options.uncertain}, now)
     why = f"imported from {asked.name}"[:80]
@@ -122,16 +123,20 @@ def _shown(found: Preview) -> None:
     """Print what an import would change."""
     shown = previews.shown_preview(found, "")
     place = shown.placed
-    print(f"{shown.file}: {len(found.plan.stalls)} stalls ({shown.format}), placed by {place.by}")
+    parts = _parts(len(found.plan.stalls), len(found.plan.sections))
+    print(f"{shown.file}: {parts} ({shown.format}), placed by {place.by}")
     if place.doubt:
         print(f"  not certain where it lies on the lot: {place.doubt}; --uncertain takes it as it lies")
     elif place.on:
         words = f"moved {place.north} m north, {place.east} m east, turned {place.turn}°"
         print(f"  {words}: as the {'stalls of the lot' if place.on == 'stalls' else 'newest survey'}")
-    print(f"  {len(shown.begin)} begin, {len(shown.stay)} stay and change, {shown.same} are so already, ", end="")
-    print(f"{len(shown.end)} end")
+    if found.plan.stalls:
+        print(_effects("stalls", len(shown.begin), len(shown.stay), shown.same, len(shown.end)))
+    if found.plan.sections:
+        effects = Counter(each.change for each in shown.sections)
+        print(_effects("sections", effects["begin"], effects["stay"], shown.same_sections, effects["end"]))
     for title, named, count in (
-        ("left out", shown.left_out, shown.left_out_count), ("label", shown.clashes, shown.clash_count),
+        ("left out", shown.left_out, shown.left_out_count), ("refused", shown.clashes, shown.clash_count),
     ):  # fmt: skip
         for each in named[:_SHOWN]:
             print(f"  {title}: {each.name}: {each.reason}")
@@ -139,3 +144,11 @@ def _shown(found: Preview) -> None:
             print(f"  {title}: {count - min(_SHOWN, len(named))} more")
     for layer in shown.layers:
         print(f"  layer {layer.name}: {layer.outlines} outlines")
+
+
+def _parts(stalls: int, sections: int) -> str:
+    return f"{stalls} stalls and {sections} sections" if sections else f"{stalls} stalls"
+
+
+def _effects(words: str, begin: int, change: int, same: int, end: int) -> str:
+    return f"  {words}: {begin} begin, {change} stay and change, {same} are so already, {end} end"

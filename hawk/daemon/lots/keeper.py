@@ -54,6 +54,7 @@ class LotKeeper:
         times: KeeperTimes | None = None,
         *,
         is_restored: bool = False,
+        stored: Callable[[], object] = lambda: None,
     ) -> None:
         """Take the parts; nothing runs before `run`.
 
@@ -63,12 +64,14 @@ class LotKeeper:
             add_message: Adds a message for the operator: level, text, details.
             times: Intervals.
             is_restored: The map of an earlier run comes back: it is saved once it is there.
+            stored: Called when a survey is stored, before the operator hears of it.
         """
         self._store = store
         self._landed = landed
         self._add_message = add_message
         self._times = times or KeeperTimes()
         self._is_awaited = is_restored
+        self._stored = stored
         self._armed: bool | None = None
         self._armed_at: float | None = None
         self._due = asyncio.Event()
@@ -127,6 +130,7 @@ class LotKeeper:
                 self._fail(str(error))
                 return False
             self._kept, self._failure = state, ""
+            self._stored()
             self._report(saved)
             return True
 

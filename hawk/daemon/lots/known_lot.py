@@ -7,6 +7,7 @@ changed plan is offered, and flown when the one in control takes it.
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -95,13 +96,21 @@ class KnownLotFollower:
         self._reported = ""
         self._named = ""
         self._name = ""
+        self._woken = asyncio.Event()
         self.current: KnownLot | None = None
+
+    def wake(self) -> None:
+        """Look now: a lot that the page lists can be surveyed again at once."""
+        self._woken.set()
 
     async def run(self) -> None:
         """Follow the plan until cancelled."""
         while True:
+            self._woken.clear()
             await self.look()
-            await asyncio.sleep(self._look_s)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(self._look_s):
+                    await self._woken.wait()
 
     async def look(self) -> None:
         """Read the plan of the lot at the map's origin where it is another one than before."""

@@ -53,9 +53,9 @@ class LotParts:
     ) -> Self:
         """Make them; arguments as those of `LotKeeper`, `KnownLotFollower` and `TourKeeper`."""
         store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
-        keeper = LotKeeper(store, landed, add_message, is_restored=is_restored)
         tours = TourKeeper(around)
         known = KnownLotFollower(store, datum, survey, add_message, tours=tours)
+        keeper = LotKeeper(store, landed, add_message, is_restored=is_restored, stored=known.wake)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
         documents = DocumentSender(store, config.collect, time.time, lambda: keeper.is_armed, add_message)
         schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)

@@ -130,6 +130,12 @@ def all_stalls(connection: Connection, lot: str) -> list[LayoutStall]:
     return _stalls(connection, _ALL, lot=lot)
 
 
+def stalls_of_keys(connection: Connection, lot: str, keys: Iterable[int]) -> list[LayoutStall]:
+    """Return the stalls of a lot with these keys, of any version of its layout, as they are now."""
+    asked = _asked(STALL.c.lot == lot, is_among(STALL.c.key))
+    return _stalls(connection, asked, among=json.dumps([*keys]))
+
+
 def stalls_in(connection: Connection, lot: str, version: int, then: Sequence[str] = LASTING) -> list[LayoutStall]:
     """Return the stalls of a version of the layout as it has them.
 

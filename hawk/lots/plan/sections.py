@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Final
 
 import shapely
@@ -55,6 +56,11 @@ def strip(line: Sequence[geometry.Point], width: float, side: str) -> Ring:
     return _rounded([(north, east) for east, north in ring])
 
 
+def length_of(line: Sequence[geometry.Point]) -> float:
+    """Return the length of a line, metres."""
+    return sum(math.dist(one, other) for one, other in pairwise(line))
+
+
 def axis_of(ring: Sequence[geometry.Point]) -> tuple[geometry.Point, geometry.Point]:
     """Return the ends of the axis of an area: the line amid the long sides of the least rectangle around it."""
     around = shapely.Polygon(ring).minimum_rotated_rectangle
@@ -68,7 +74,7 @@ def section_of(asked: DrawSection, new_id: str) -> LayoutSection:
     """Return the section that an operation draws. Raises ShapeError."""
     if asked.line is not None and asked.width is not None:
         ring = strip(asked.line, asked.width, asked.side or "left")
-        length = sum(math.dist(one, other) for one, other in zip(asked.line, asked.line[1:], strict=False))
+        length = length_of(asked.line)
     else:
         ring = _rounded(geometry.checked_ring([(north, east) for north, east in asked.outline or ()]))
         length = math.dist(*axis_of(ring))

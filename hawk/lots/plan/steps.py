@@ -80,13 +80,15 @@ def _add_sections(connection: Connection, lot: str, version: int, begun: Sequenc
         return []
     first = next_key(connection, SECTION)
     keys = list(range(first, first + len(begun)))
-    rows = [
-        {"key": key, "lot": lot, **{name: getattr(section, name) for name in _OF_SECTION}}
-        | {"outline": json.dumps(section.outline), "begins": version, "ends": version}
-        for key, section in zip(keys, begun, strict=True)
-    ]
+    rows = [section_values(key, lot, section, version, version) for key, section in zip(keys, begun, strict=True)]
     connection.execute(insert(SECTION), rows)
     return keys
+
+
+def section_values(key: int, lot: str, section: LayoutSection, begins: int, ends: int | None) -> dict[str, Any]:
+    """Return a section as the columns of its row; ``begins`` and ``ends`` are versions of the layout."""
+    said = {name: getattr(section, name) for name in _OF_SECTION}
+    return {"key": key, "lot": lot, **said, "outline": json.dumps(section.outline), "begins": begins, "ends": ends}
 
 
 def next_key(connection: Connection, table: Table) -> int:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from hawk.formats.box import PLANS, Limits, RefusedError
 from hawk.formats.box import read_apart as apart
-from hawk.lots.plan_files.values import Asked, FileFeature, LeftOut, PlanFile
+from hawk.lots.plan_files.values import Asked, FileFeature, FileSection, LeftOut, PlanFile, SectionFacts
 from hawk.lots.values import LotInputError
 from hawk.runtime.late import late
 
@@ -42,7 +42,7 @@ def read(data: bytes, asked: dict[str, Any]) -> bytes:
 
 
 def packed(plan: PlanFile) -> bytes:
-    """Return a plan as lines of JSON: the facts, then a line for each stall."""
+    """Return a plan as lines of JSON: the facts, then a line for each stall and each section."""
     facts = {name: getattr(plan, name) for name in _FACTS}
     facts["left_out"] = [[each.name, each.reason] for each in plan.left_out]
     lines = [json.dumps(facts, allow_nan=False)]
@@ -50,6 +50,7 @@ def packed(plan: PlanFile) -> bytes:
         json.dumps([s.name, s.label, s.kind, s.north, s.east, s.angle, s.width, s.length], allow_nan=False)
         for s in plan.stalls
     ]
+    lines += [json.dumps(asdict(each), allow_nan=False) for each in plan.sections]
     return "\n".join(lines).encode()
 
 
@@ -57,19 +58,25 @@ def unpacked(data: bytes) -> PlanFile:
     """Return the plan of `packed`. Line by line: one call for all of them would hold the interpreter."""
     first, *lines = data.split(b"\n")
     facts: dict[str, Any] = json.loads(first)
-    stalls = tuple(FileFeature(*json.loads(line)) for line in lines)
+    parts = [json.loads(line) for line in lines]
     pairs = {name: tuple(facts[name]) for name in ("origin",)}
     datum = facts["datum"]
     return PlanFile(
         **{
             **facts,
             **pairs,
-            "stalls": stalls,
+            "stalls": tuple(FileFeature(*each) for each in parts if isinstance(each, list)),
+            "sections": tuple(_section(each) for each in parts if isinstance(each, dict)),
             "datum": None if datum is None else (datum[0], datum[1]),
             "layers": tuple((str(name), int(count)) for name, count in facts["layers"]),
             "left_out": tuple(LeftOut(*each) for each in facts["left_out"]),
         }
     )
+
+
+def _section(said: dict[str, Any]) -> FileSection:
+    ring = tuple((float(north), float(east)) for north, east in said["ring"])
+    return FileSection(said["name"], ring, said["length_m"], SectionFacts(**said["facts"]))
 
 
 _FACTS: Final = ("format", "crs", "datum", "origin", "metres", "layers", "left_out_count", "accuracy")

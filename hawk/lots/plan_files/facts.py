@@ -22,7 +22,7 @@ def label_of(facts: Facts, asked: str, name: str, notes: Notes) -> str:
     """
     known = {str(key).lower(): value for key, value in facts.items()}
     for key in (asked.lower(),) if asked else LABEL_KEYS:
-        if (text := _text(known.get(key))) != "":
+        if (text := plain_text(known.get(key))) != "":
             return tidy_label(text, name, notes)
     return ""
 
@@ -43,7 +43,7 @@ def tidy_label(text: str, name: str, notes: Notes) -> str:
 def kind_of(facts: Facts, name: str, notes: Notes) -> str | None:
     """Return the kind of a feature, of `KINDS`; None where it says none, or one that is not known, which is noted."""
     for key in KIND_KEYS:
-        text = _text(facts.get(key)).lower()
+        text = plain_text(facts.get(key)).lower()
         if text == "":
             continue
         if text == "normal":
@@ -53,13 +53,13 @@ def kind_of(facts: Facts, name: str, notes: Notes) -> str | None:
             return found
         notes.add(name, f"{key}: {text[:40]} is no kind: write one of {', '.join(filter(None, KINDS))}")
         return None
-    if _text(facts.get(_DISABLED)).lower() not in _NONE:
+    if plain_text(facts.get(_DISABLED)).lower() not in _NONE:
         return "disabled"
     return None
 
 
-def _text(value: object) -> str:
-    """Return a value as a label has it: 12.0 is "12"."""
+def plain_text(value: object) -> str:
+    """Return a property as text: 12.0 is "12", and "" for what is no word or number."""
     if isinstance(value, bool) or not isinstance(value, str | int | float):
         return ""
     if isinstance(value, float):

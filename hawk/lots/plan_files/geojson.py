@@ -13,14 +13,14 @@ from hawk.formats.text import features_of, json_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.values import SHAPE
 from hawk.lots.plan_files.facts import kind_of, label_of
-from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Floats, Notes, text_of
+from hawk.lots.plan_files.features import FeatureReader
+from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Facts, Floats, Notes, text_of
 from hawk.lots.values import LotInputError
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
 
 FORMAT: Final = "GeoJSON"
 LOT_FORMAT: Final = "lot of hawk"
-STALL: Final = "parking_space"
 WGS_84: Final = "EPSG:4326"
 _CODE: Final = re.compile(r"(?i)^(?:urn:ogc:def:crs:)?(EPSG|OGC|CRS):{1,2}(?:[\d.]*:)?(\w+)$")
 
@@ -39,7 +39,7 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
     if not isinstance(content, dict):
         raise LotInputError("file", "is JSON, but no GeoJSON: save it as a FeatureCollection")
     if "stalls" in content and "datum" in content:
-        return _lot(content, notes)
+        return _lot(content, asked, notes)
     if "elements" in content:
         raise LotInputError("file", "is JSON of Overpass: ask for [out:xml], or export it as GeoJSON")
     features = features_of(content)
@@ -51,41 +51,42 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
 def _features(features: list[Any], crs: str, asked: Asked, notes: Notes) -> Drawing:
     if len(features) > MOST_FEATURES:
         raise LotInputError("file", f"has {len(features)} features, {MOST_FEATURES} are the most: leave other ones out")
-    drawn = []
+    reader = FeatureReader(asked, notes)
     for number, feature in enumerate(features):
         name = f"features[{number}]"
+        given = feature.get("properties") if isinstance(feature, dict) else None
+        facts: Facts = given if isinstance(given, dict) else {}
         try:
-            ring = _ring(feature)
+            places, is_line = _shape(feature)
         except _FeatureError as error:
             notes.add(name, str(error))
             continue
-        given = feature.get("properties")
-        facts = given if isinstance(given, dict) else {}
-        amenity = facts.get("amenity", STALL)
-        if amenity != STALL:
-            notes.add(name, f"properties.amenity: is {str(amenity)[:40]}, no {STALL}")
-            continue
-        drawn.append(Drawn(name, ring, label_of(facts, asked.label, name, notes), kind_of(facts, name, notes)))
-    return Drawing(FORMAT, tuple(drawn), crs=crs)
+        own = feature.get("id")
+        reader.add(name, places, facts if own is None else {"id": own, **facts}, is_line=is_line)
+    return reader.drawing(FORMAT, crs)
 
 
-def _ring(feature: Any) -> Floats:
-    """Return the outer ring of a feature. Raises _FeatureError."""
+def _shape(feature: Any) -> tuple[Floats, bool]:
+    """Return the outer ring of a feature, or its line, and whether it is one. Raises _FeatureError."""
     geometry_ = feature.get("geometry") if isinstance(feature, dict) else None
     if not isinstance(geometry_, dict):
         raise _FeatureError("geometry: is missing: draw the outline of the stall")
     kind, rings = geometry_.get("type"), geometry_.get("coordinates")
     field = "geometry.coordinates"
-    if kind == "MultiPolygon" and isinstance(rings, list) and len(rings) == 1:
-        rings, field = rings[0], f"{field}[0]"
-    elif kind != "Polygon":
-        count = f" of {len(rings)} parts" if kind == "MultiPolygon" and isinstance(rings, list) else ""
+    if kind in ("MultiPolygon", "MultiLineString") and isinstance(rings, list) and len(rings) == 1:
+        rings, field, kind = rings[0], f"{field}[0]", str(kind).removeprefix("Multi")
+    if kind == "LineString":
+        if not isinstance(rings, list) or len(rings) < 2:
+            raise _FeatureError(f"{field}: holds no line: draw it along the kerb")
+        return _places(rings, field), True
+    if kind != "Polygon":
+        count = f" of {len(rings)} parts" if str(kind).startswith("Multi") and isinstance(rings, list) else ""
         raise _FeatureError(f"geometry: is a {str(kind)[:30]}{count}: draw one outline for each stall")
     if not isinstance(rings, list) or not rings or not isinstance(rings[0], list):
         raise _FeatureError(f"{field}: holds no ring: draw the outline of the stall")
     if len(rings) > 1:
         raise _FeatureError(f"{field}: has a hole: draw the outer line alone")
-    return _places(rings[0], f"{field}[0]")
+    return _places(rings[0], f"{field}[0]"), False
 
 
 def _places(ring: list[Any], field: str) -> Floats:
@@ -124,8 +125,8 @@ def crs_name(name: str) -> str:
     return WGS_84 if code in ("CRS84", "84", "4326") else f"{authority}:{code}"
 
 
-def _lot(content: dict[str, Any], notes: Notes) -> Drawing:
-    """Return the stalls of a lot as ``/api/v1/lots/LOT/plan`` shows it: metres about its ``datum``."""
+def _lot(content: dict[str, Any], asked: Asked, notes: Notes) -> Drawing:
+    """Return the stalls and sections of a lot as ``/api/v1/lots/LOT/plan`` shows it: metres about its ``datum``."""
     datum, stalls = content["datum"], content["stalls"]
     is_place = isinstance(datum, list) and len(datum) == 2 and all(_is_finite(each) for each in datum)
     if not is_place or not isinstance(stalls, list):
@@ -139,16 +140,23 @@ def _lot(content: dict[str, Any], notes: Notes) -> Drawing:
             shapes.append(shape)
         else:
             notes.add(f"stalls[{number}]", f"{missing}: must be a finite number")
-    sections = content.get("sections")
-    for number, _ in enumerate(sections if isinstance(sections, list) else ()):
-        notes.add(f"sections[{number}]", "is a section: files with sections are not read, draw it")
     found = geometry.polygons(np.array(shapes, np.float64).reshape(-1, 5))
     pose = GlobalPose(float(datum[0]), float(datum[1]), 0.0)
     drawn = []
     for (name, stall), polygon in zip(names, found, strict=True):
         places = to_global(pose, np.array(polygon.exterior.coords, np.float64))[:, ::-1]
         drawn.append(Drawn(name, places, label_of(stall, "label", name, notes), kind_of(stall, name, notes) or ""))
-    return Drawing(LOT_FORMAT, tuple(drawn), crs=WGS_84)
+    reader = FeatureReader(asked, notes, is_of_sections=True)
+    sections = content.get("sections")
+    for number, section in enumerate(sections if isinstance(sections, list) else ()):
+        name = f"sections[{number}]"
+        try:
+            ring = _places(section["outline"], f"{name}.outline")
+        except (_FeatureError, TypeError, KeyError):
+            notes.add(name, "outline: must be corners, [north, east], metres about the datum")
+            continue
+        reader.add(name, to_global(pose, ring)[:, ::-1], section)
+    return Drawing(LOT_FORMAT, tuple(drawn), crs=WGS_84, sections=tuple(reader.sections))
 
 
 def _is_finite(value: object) -> bool:

@@ -1,4 +1,4 @@
-"""Layers of polygons by GDAL's vector drivers (`pyogrio`): GeoPackage and KML, with arcs as chains of corners.
+"""Layers of polygons and lines by GDAL's vector drivers (`pyogrio`): GeoPackage, KML; arcs are chains of corners.
 
 It is called within the box alone (`hawk.formats.box`): GDAL reads a copy of the file under a name of its kind.
 """
@@ -9,22 +9,22 @@ import json
 import re
 import tempfile
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 import shapely
-from shapely import MultiPolygon, Polygon
+from shapely import LineString, MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
 from hawk.formats import gdal
 from hawk.formats.kind import HEAD_BYTES, kind_of
-from hawk.lots.plan_files.facts import kind_of as stall_kind_of
-from hawk.lots.plan_files.facts import label_of
-from hawk.lots.plan_files.geojson import STALL, crs_name
-from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Facts, Floats, Notes, text_of
+from hawk.lots.plan_files.features import FeatureReader
+from hawk.lots.plan_files.geojson import crs_name
+from hawk.lots.plan_files.section_facts import is_line
+from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Facts, Floats, Notes, text_of
 from hawk.lots.values import LotInputError
 from hawk.runtime.late import load
 
@@ -36,6 +36,8 @@ _SURFACES: Final = frozenset(
     {"POLYGON", "MULTIPOLYGON", "CURVEPOLYGON", "SURFACE", "MULTISURFACE", "GEOMETRY", "UNKNOWN", "GEOMETRYCOLLECTION"}
 )
 """Types of geometry that may be polygons; the last ones are any."""
+_LINES: Final = frozenset({"LINESTRING", "MULTILINESTRING", "CURVE", "COMPOUNDCURVE", "MULTICURVE"})
+"""Types of geometry that may be kerbs; a layer of others, as rivers, is not read."""
 _DIMENSIONS: Final = re.compile(r"(?i)^(2\.5D |Measured |3D )+|(?<=[a-z]) ?(25D|ZM|Z|M)$")
 _BROKEN: Final = ("DataSourceError", "DataLayerError", "FeatureError", "FieldError")
 """Names of pyogrio's errors at a file that is damaged."""
@@ -65,7 +67,7 @@ def read(data: bytes, asked: Asked, notes: Notes, log: bytes = b"") -> Drawing:
     """
     kind = kind_of(data[:HEAD_BYTES]).name
     every = _layers(data, kind, log)
-    layers = [each for each in every if each.kind in _SURFACES]
+    layers = [each for each in every if each.kind in _SURFACES or each.facts]
     if not layers:
         there = ", ".join(f"{each.name} ({each.kind})" for each in every[:10]) or "none at all"
         raise LotInputError("file", f"has no layer of polygons, but {there}: export the layer with the stalls")
@@ -79,13 +81,9 @@ def read(data: bytes, asked: Asked, notes: Notes, log: bytes = b"") -> Drawing:
     if len(systems) > 1:
         said = ", ".join(sorted(each[:40] for each in systems))
         raise LotInputError("layer", f"must be named, their systems differ ({said}): {_names(layers)}")
-    drawn: list[Drawn] = []
-    counts = []
-    for each in layers:
-        before = len(drawn)
-        drawn += _stalls(each, asked, notes)
-        counts.append((each.name[:80], len(drawn) - before))
-    return Drawing(kind, tuple(drawn), crs=systems.pop(), layers=tuple(counts))
+    reader = FeatureReader(asked, notes)
+    counts = tuple((each.name[:80], _add(each, reader, notes)) for each in layers)
+    return reader.drawing(kind, systems.pop(), counts)
 
 
 def _names(layers: Sequence[Layer]) -> str:
@@ -155,7 +153,7 @@ def _layers(data: bytes, kind: str, log: bytes) -> list[Layer]:
 
 
 def _layer(pyogrio: Any, path: Path, name: str, kind: str) -> Layer:
-    if kind not in _SURFACES:
+    if kind not in _SURFACES and not (kind in _LINES and is_line(_columns(pyogrio, path, name))):
         return Layer(name, kind)
     found, fids, _, columns = pyogrio.raw.read(
         path, layer=name, read_geometry=False, return_fids=True, max_features=MOST_FEATURES + 1
@@ -170,6 +168,11 @@ def _layer(pyogrio: Any, path: Path, name: str, kind: str) -> Layer:
         read_shapes = shapely.from_wkb(np.array(shapes, object), on_invalid="ignore")
     said = pyogrio.read_info(path, layer=name)["crs"]
     return Layer(name, kind, crs_name(said) if said else "", facts or ({},) * len(shapes), tuple(read_shapes))
+
+
+def _columns(pyogrio: Any, path: Path, layer: str) -> Facts:
+    """Return the columns of a layer, without values."""
+    return dict.fromkeys(map(str, pyogrio.read_info(path, layer=layer)["fields"]))
 
 
 def _shapes(pyogrio: Any, path: Path, layer: str, fids: Any) -> list[bytes | None]:
@@ -201,31 +204,35 @@ def _plain(value: Any) -> Any:
     return found if isinstance(found, str | int | float | bool) else None
 
 
-def _stalls(layer: Layer, asked: Asked, notes: Notes) -> Iterator[Drawn]:
+def _add(layer: Layer, reader: FeatureReader, notes: Notes) -> int:
+    """Add the rows of a layer to a reader; return the number of those that are neither noted nor left out."""
+    count = 0
     for number, (facts, shape) in enumerate(zip(layer.facts, layer.shapes, strict=True), 1):
         name = f"{layer.name}, row {number}"
-        if facts.get("amenity") not in (None, "", STALL):
-            notes.add(name, f"amenity: is {str(facts['amenity'])[:40]}, no {STALL}")
-            continue
-        reason, ring = _ring(shape)
+        reason, places, is_road = _course(shape)
         if reason:
             notes.add(name, f"geometry: {reason}")
         else:
-            yield Drawn(name, ring, label_of(facts, asked.label, name, notes), stall_kind_of(facts, name, notes))
+            before = len(reader.drawn) + len(reader.sections)
+            reader.add(name, places, facts, is_line=is_road, layer=layer.name)
+            count += len(reader.drawn) + len(reader.sections) > before
+    return count
 
 
-def _ring(shape: BaseGeometry | None) -> tuple[str, Floats]:
-    """Return the reason why a shape is no stall, else "", and its corners."""
+def _course(shape: BaseGeometry | None) -> tuple[str, Floats, bool]:
+    """Return the reason why a shape is neither outline nor line, else "", its corners, and whether it is a line."""
     none: Floats = np.empty((0, 2))
     while isinstance(shape, shapely.geometry.base.BaseMultipartGeometry) and len(shape.geoms) == 1:
         shape = shape.geoms[0]
     if shape is None:
-        return "holds none that can be read: draw the outline of the stall", none
-    if not isinstance(shape, Polygon):
-        return f"is a {shape.geom_type}: draw one outline for each stall", none
+        return "holds none that can be read: draw the outline of the stall", none, False
+    if not isinstance(shape, Polygon | LineString):
+        return f"is a {shape.geom_type}: draw one outline for each stall", none, False
     if shape.is_empty:
-        return "is empty: draw the outline of the stall", none
-    if shape.interiors:
-        return "has a hole: draw the outer line alone", none
-    ring = np.array(shape.exterior.coords, np.float64)[:, :2]
-    return ("" if np.isfinite(ring).all() else "must have finite numbers as coordinates"), ring
+        return "is empty: draw the outline of the stall", none, False
+    if isinstance(shape, Polygon) and shape.interiors:
+        return "has a hole: draw the outer line alone", none, False
+    course = shape.exterior if isinstance(shape, Polygon) else shape
+    places = np.array(course.coords, np.float64)[:, :2]
+    words = "" if np.isfinite(places).all() else "must have finite numbers as coordinates"
+    return words, places, isinstance(shape, LineString)

@@ -1,6 +1,7 @@
-"""Plans as XML of OpenStreetMap (https://wiki.openstreetmap.org/wiki/OSM_XML): ``amenity=parking_space``.
+"""Plans as XML of OpenStreetMap (https://wiki.openstreetmap.org/wiki/OSM_XML): stalls are ``amenity=parking_space``.
 
-Stalls are closed outlines of nodes. A relation, and a node with a ``capacity``, is none and is left out by its number.
+Sections are ``amenity=parking`` and roads with ``parking:left|right|both``. Stalls and car parks are closed outlines of
+nodes. A relation, and a node with a ``capacity``, is none and is left out by its number.
 """
 
 from __future__ import annotations
@@ -14,9 +15,10 @@ import numpy as np
 from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
-from hawk.lots.plan_files.facts import kind_of, label_of
-from hawk.lots.plan_files.geojson import STALL, WGS_84
-from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Drawn, Floats, Notes, text_of
+from hawk.lots.plan_files.features import STALL, FeatureReader
+from hawk.lots.plan_files.geojson import WGS_84
+from hawk.lots.plan_files.section_facts import AREA, is_line
+from hawk.lots.plan_files.values import MOST_FEATURES, Asked, Drawing, Facts, Floats, Notes, text_of
 from hawk.lots.values import LotInputError
 
 FORMAT: Final = "OpenStreetMap"
@@ -31,18 +33,19 @@ def read(data: bytes, asked: Asked, notes: Notes) -> Drawing:
         raise LotInputError("file", f"has {len(root)} elements: export a smaller part of the map")
     there = parts_of(root)
     nodes = {each.get("id", ""): place_of(each) for each in there if each.tag == "node"}
-    drawn = []
+    reader = FeatureReader(asked, notes)
     for element in there:
-        facts = {tag.get("k", ""): tag.get("v", "") for tag in element.iter("tag")}
-        if facts.get("amenity") != STALL:
+        facts: Facts = {tag.get("k", ""): tag.get("v", "") for tag in element.iter("tag")}
+        is_outline = facts.get("amenity") in (STALL, AREA)
+        if not is_outline and not (element.tag == OUTLINE and is_line(facts)):
             continue
         name = f"{element.tag} {element.get('id', '')[:20]}"
-        reason, ring = _ring(element, nodes)
+        reason, course = _course(element, nodes, is_closed=is_outline)
         if reason:
             notes.add(name, reason)
         else:
-            drawn.append(Drawn(name, ring, label_of(facts, asked.label, name, notes), kind_of(facts, name, notes)))
-    return Drawing(FORMAT, tuple(drawn), crs=WGS_84)
+            reader.add(name, course, {**facts, "id": name}, is_line=not is_outline)
+    return reader.drawing(FORMAT, WGS_84)
 
 
 def root_of(text: str) -> Element:
@@ -76,8 +79,10 @@ def place_of(node: Element) -> tuple[float, float]:
         return float("nan"), float("nan")
 
 
-def _ring(element: Element, nodes: Mapping[str, tuple[float, float]]) -> tuple[str, Floats]:
-    """Return the reason why an element is no stall, else "", and its corners."""
+def _course(
+    element: Element, nodes: Mapping[str, tuple[float, float]], *, is_closed: bool
+) -> tuple[str, Floats]:  # fmt: skip
+    """Return the reason why an element is no outline, or no line, else "", and its corners."""
     none = np.empty((0, 2))
     if element.tag == "node":
         return "is a point: draw the outline of the stall", none
@@ -87,10 +92,12 @@ def _ring(element: Element, nodes: Mapping[str, tuple[float, float]]) -> tuple[s
     missing = [each for each in ids if each not in nodes]
     if missing:
         return f"nd: node {missing[0][:20]} is not in the file: export it with all nodes", none
-    if len(ids) < 4 or ids[0] != ids[-1]:
+    if is_closed and (len(ids) < 4 or ids[0] != ids[-1]):
         return "nd: is not closed: end it at its first node", none
-    ring = np.array([nodes[each] for each in ids], np.float64)
-    if not np.isfinite(ring).all():
-        bad = ids[int(np.flatnonzero(~np.isfinite(ring).all(axis=1))[0])]
+    if len(ids) < 2:
+        return "nd: has fewer than two nodes: draw the line of the road", none
+    course = np.array([nodes[each] for each in ids], np.float64)
+    if not np.isfinite(course).all():
+        bad = ids[int(np.flatnonzero(~np.isfinite(course).all(axis=1))[0])]
         return f"nd: node {bad[:20]} must have lat and lon, two finite numbers", none
-    return "", ring
+    return "", course

@@ -1,4 +1,4 @@
-"""Stalls of a drawing: each outline's least rotated rectangle, in metres, where the outline fills it well.
+"""Stalls and sections of a drawing: each outline's least rotated rectangle, in metres, where the outline fills it well.
 
 An outline that leans, as those of angled rows do, becomes a rectangle of the same area between the lines beside it: as
 wide as the least one, and shorter. Outlines that are no stalls are left out by name.
@@ -22,7 +22,18 @@ from hawk.lots.plan_files.crs import to_wgs_84
 from hawk.lots.plan_files.dxf import UNITS
 from hawk.lots.plan_files.geojson import FORMAT as GEOJSON
 from hawk.lots.plan_files.geojson import WGS_84, crs_name
-from hawk.lots.plan_files.values import MOST_STALLS, Asked, Drawing, Drawn, FileFeature, Floats, Notes, PlanFile
+from hawk.lots.plan_files.section_shapes import sections_of
+from hawk.lots.plan_files.values import (
+    MOST_SECTIONS,
+    MOST_STALLS,
+    Asked,
+    Drawing,
+    Drawn,
+    FileFeature,
+    Floats,
+    Notes,
+    PlanFile,
+)
 from hawk.lots.values import LotInputError
 
 USUAL_M2: Final = (7.0, 30.0)
@@ -36,15 +47,13 @@ _ROUNDING: Final = 1e-4
 
 
 def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
-    """Return the stalls of a drawing. Raises LotInputError where it holds none, or its system is not known."""
-    if not drawing.drawn:
-        raise LotInputError("file", _nothing(notes, "draw each stall as a closed outline"))
-    if len(drawing.drawn) > MOST_STALLS:
-        raise LotInputError(
-            "file", f"has {len(drawing.drawn)} outlines, {MOST_STALLS} are the most: import parts of it"
-        )
-    counts = [len(each.ring) for each in drawing.drawn]
-    places = np.concatenate([each.ring for each in drawing.drawn])
+    """Return the stalls and sections of a drawing.
+
+    Raises LotInputError where it holds none, or its system is not known.
+    """
+    courses = [*(each.ring for each in drawing.drawn), *(each.places for each in drawing.sections)]
+    _check_count(drawing, len(courses), notes)
+    places = np.concatenate(courses)
     crs = crs_name(asked.crs) if asked.crs else drawing.crs or (WGS_84 if drawing.format == GEOJSON else "")
     datum, origin, accuracy, metres = None, (0.0, 0.0), None, drawing.metres
     if crs:
@@ -58,19 +67,33 @@ def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
         x, y = np.median(places, axis=0).tolist()
         origin = (x, y)
         corners = (places - origin)[:, ::-1] * metres
-    rings = np.split(corners, np.cumsum(counts)[:-1])
+    parts = np.split(corners, np.cumsum([len(each) for each in courses])[:-1])
+    rings = parts[: len(drawing.drawn)]
     if not crs and not asked.units:
         _check_units(rings, metres)
     fits = _fitting(drawing.drawn, rings, notes)
     stalls = _without_overlaps(fits, notes)
-    if not stalls:
+    middles = np.array([(each.north, each.east) for each in stalls], np.float64).reshape(-1, 2)
+    sections = sections_of(drawing.sections, parts[len(rings) :], middles, notes)
+    if not stalls and not sections:
         if not crs:
             _check_units(rings, metres)
         raise LotInputError("file", _nothing(notes, "draw each stall as a closed outline of its own size"))
     return PlanFile(
         drawing.format, tuple(stalls), crs, datum, origin, metres, drawing.layers,
-        tuple(notes.left_out), notes.count, accuracy,
+        tuple(notes.left_out), notes.count, accuracy, sections,
     )  # fmt: skip
+
+
+def _check_count(drawing: Drawing, count: int, notes: Notes) -> None:
+    """Refuse a drawing without stalls and sections, and one with too many. Raises LotInputError."""
+    if count == 0:
+        raise LotInputError("file", _nothing(notes, "draw each stall as a closed outline"))
+    for found, most, words in (
+        (drawing.drawn, MOST_STALLS, "outlines"), (drawing.sections, MOST_SECTIONS, "sections"),
+    ):  # fmt: skip
+        if len(found) > most:
+            raise LotInputError("file", f"has {len(found)} {words}, {most} are the most: import parts of it")
 
 
 def _check_units(rings: Sequence[Floats], metres: float) -> None:
@@ -100,15 +123,17 @@ def _area(ring: Floats) -> float:
 
 
 def _nothing(notes: Notes, remedy: str) -> str:
-    """Return the words that a file has no stall, with the first of its features that are none."""
+    """Return the words that a file has neither stall nor section, with the first of its features that are none."""
     if not notes.left_out:
-        return f"holds no stall: {remedy}"
+        return f"holds no stall and no section: {remedy}"
     first = notes.left_out[0]
-    return f"holds no stall, {notes.count} features are none. The first, {first.name}: {first.reason}"
+    return f"holds no stall and no section, {notes.count} features are none. The first, {first.name}: {first.reason}"
 
 
 def _fitting(drawn: Sequence[Drawn], rings: Sequence[Floats], notes: Notes) -> list[FileFeature]:
     """Return the outlines that are stalls; their ``rings`` are corners (north, east), metres."""
+    if not rings:
+        return []
     rings = [np.array(open_ring(ring.tolist(), _SAME_M), np.float64).reshape(-1, 2) for ring in rings]
     is_ring = np.array([len(ring) >= 3 for ring in rings])
     blank = np.zeros((4, 2))
@@ -162,8 +187,8 @@ def _reason(is_valid: bool, ring: Floats, shape: Floats, cover: float) -> str:
         return f"is {np.hypot(*shape[:2]) / 1000:.0f} km from the others: import each lot by itself"
     width, length = float(shape[3]), float(shape[4])
     if not (WIDTHS_M[0] <= width <= WIDTHS_M[1] and LENGTHS_M[0] <= length * cover <= LENGTHS_M[1]):
-        size = f"{width:.2f} by {length:.2f} m"
-        return f"is {size}: a stall is {WIDTHS_M[0]:g} to {WIDTHS_M[1]:g} m wide and up to {LENGTHS_M[1]:g} m long"
+        most = f"{WIDTHS_M[0]:g} to {WIDTHS_M[1]:g} m wide and up to {LENGTHS_M[1]:g} m long"
+        return f"is {width:.2f} by {length:.2f} m: a stall is {most}, a section has a capacity"
     if cover < LEAST_COVER:
         return f"fills {cover:.0%} of the least rectangle about it, {LEAST_COVER:.0%} is the least: draw a rectangle"
     return ""

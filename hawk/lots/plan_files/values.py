@@ -1,15 +1,17 @@
-"""Values of a plan that a file holds: the drawing as its reader finds it, and the stalls that follow from it."""
+"""Values of a plan that a file holds: the drawing as its reader finds it, its stalls and sections."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hawk.formats.text import decoded
+from hawk.lots.plan.values import SectionKind
 from hawk.lots.values import LotInputError
+from hawk.model.poses import Ring
 
 Floats = NDArray[np.float64]
 
@@ -20,6 +22,8 @@ LARGEST_UNPACKED_BYTES: Final = 64_000_000
 MOST_FEATURES: Final = 200_000
 """Features of one file, with those that are no stalls."""
 MOST_STALLS: Final = 50_000
+MOST_SECTIONS: Final = 2_000
+"""Sections of one file: each survey of the lot counts vehicles in all of them."""
 MOST_LEFT_OUT: Final = 200
 """Features that are named as left out; the others are counted."""
 
@@ -52,6 +56,44 @@ class Drawn:
 
 
 @dataclass(frozen=True, slots=True)
+class Strip:
+    """A strip on a side of a line, as one goes along it: ``width`` metres wide, its near edge ``near`` metres off."""
+
+    side: Literal["left", "right"]
+    width: float
+    near: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class SectionFacts:
+    """Properties of a section as a file says them; None, and "" of ``title`` and ``id``: it does not.
+
+    ``title``: its name. ``metres``: length along the kerb; ``place_m``: metres of it for one vehicle. ``strip``: where
+    it lies beside a line; None for an area. ``is_lot``: the file calls it a car park, which may have stalls too.
+    """
+
+    title: str = ""
+    id: str = ""
+    kind: SectionKind | None = None
+    capacity: int | None = None
+    is_capacity_given: bool = True
+    metres: float | None = None
+    place_m: float | None = None
+    note: str | None = None
+    strip: Strip | None = None
+    is_lot: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnSection:
+    """A section of a drawing. ``name``: where it stands in the file; ``places``: x and y (N, 2) of its ring or line."""
+
+    name: str
+    places: Floats = field(repr=False)
+    facts: SectionFacts
+
+
+@dataclass(frozen=True, slots=True)
 class LeftOut:
     """A feature that is not read, or something of it: ``name`` as in `Drawn`, and ``reason`` with the remedy."""
 
@@ -75,7 +117,7 @@ class Notes:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """All outlines of a file. x is east or the longitude, y north or the latitude.
+    """All outlines and sections of a file. x is east or the longitude, y north or the latitude.
 
     ``crs``: the system that the file names; "" for none. ``metres``: in a unit of x and y, of a drawing of its own.
     ``layers``: the layers with outlines, each with the number of them.
@@ -86,6 +128,7 @@ class Drawing:
     crs: str = ""
     metres: float = 1.0
     layers: tuple[tuple[str, int], ...] = ()
+    sections: tuple[DrawnSection, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +146,21 @@ class FileFeature:
 
 
 @dataclass(frozen=True, slots=True)
+class FileSection:
+    """A section of a file: ``name`` as in `DrawnSection`, its ring in the file's frame, metres north and east.
+
+    ``length_m``: along the kerb, as drawn or as the file says. ``facts``: without the strip, which made the ring.
+    """
+
+    name: str
+    ring: Ring = field(repr=False)
+    length_m: float
+    facts: SectionFacts
+
+
+@dataclass(frozen=True, slots=True)
 class PlanFile:
-    """The stalls of a file in one frame, metres north and east.
+    """The stalls and sections of a file in one frame, metres north and east.
 
     With ``datum`` (latitude, longitude) the frame is about that place, north up; without it the frame is that of the
     drawing, about ``origin`` (x, y), a unit of which has ``metres``. ``left_out_count``: of all that ``left_out``
@@ -121,6 +177,12 @@ class PlanFile:
     left_out: tuple[LeftOut, ...] = ()
     left_out_count: int = 0
     accuracy: float | None = None
+    sections: tuple[FileSection, ...] = field(default=(), repr=False)
+
+    def places(self) -> Floats:
+        """Return the middles of all stalls and the corners of all sections, (N, 2): north, east."""
+        corners = [corner for section in self.sections for corner in section.ring]
+        return np.concatenate([self.shapes()[:, :2], np.array(corners, np.float64).reshape(-1, 2)])
 
     def shapes(self) -> Floats:
         """Return the shapes of all stalls, (N, 5): north, east, angle, width, length."""

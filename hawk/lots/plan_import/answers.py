@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from hawk.lots.answers import Count, Degrees, Shown
-from hawk.lots.plan.values import Id
+from hawk.lots.plan.values import Id, SectionKind
+from hawk.model.poses import Ring
 
 
 class PlanPlace(Shown):
@@ -50,6 +53,23 @@ class EndingShape(PlanShape):
     id: Id
 
 
+class SectionShape(Shown):
+    """A section that the plan would have besides, otherwise (`stay`), or no more: metres in the frame of the lot.
+
+    `former`: its name in the plan, empty where it begins.
+    """
+
+    change: Literal["begin", "stay", "end"]
+    name: str
+    former: str
+    outline: Ring
+    kind: SectionKind
+    length_m: float
+    capacity: int | None
+    is_capacity_given: bool
+    note: str
+
+
 class LeftOutFeature(Shown):
     """A feature of the file that is left out, or that clashes, and why."""
 
@@ -58,7 +78,7 @@ class LeftOutFeature(Shown):
 
 
 class Renamed(Shown):
-    """A label of the file that another stall keeps, and the one in its place."""
+    """A label of the file that another stall keeps, or a name that another section keeps, and the one in its place."""
 
     label: str
     to: str
@@ -72,8 +92,8 @@ class PlanLayer(Shown):
 
 
 class PlanPreview(Shown):
-    """Effect of an import, which its `token` takes within minutes; nothing is written before. `same`: stalls that the
-    plan has as the file does.
+    """Effect of an import, which its `token` takes within minutes; nothing is written before. `same` and
+    `same_sections`: stalls and sections that the plan has as the file does.
     """
 
     token: str
@@ -87,6 +107,8 @@ class PlanPreview(Shown):
     stay: list[StayingShape]
     same: int
     end: list[EndingShape]
+    sections: list[SectionShape]
+    same_sections: Count
     left_out: list[LeftOutFeature]
     left_out_count: Count
     clashes: list[LeftOutFeature]

@@ -19,6 +19,7 @@ from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.operations import LONGEST_LABEL
 from hawk.lots.plan.values import Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.plan_files.values import FileFeature, LeftOut
+from hawk.lots.plan_import.section_match import MatchedSections
 from hawk.lots.registration.survey_place import ABOUT_M
 from hawk.results.label_parts import in_order
 
@@ -46,13 +47,25 @@ class Matched:
     """The change that a plan makes, with the stalls of the file that are no part of it and the labels in question.
 
     ``clashes``: stalls whose label another one keeps; the change cannot be made while there are some. ``renamed``:
-    pairs of the file's label and the one that the stall gets.
+    pairs of the file's label and the one that the stall gets; names of sections are among both. ``same_sections``:
+    number of sections that the plan has as the file does.
     """
 
     draft: Draft = field(repr=False)
     left_out: tuple[LeftOut, ...]
     clashes: tuple[LeftOut, ...]
     renamed: tuple[tuple[str, str], ...]
+    same_sections: int = 0
+
+    def beside(self, found: MatchedSections) -> Matched:
+        """Return the change with that of the sections."""
+        return replace(
+            self,
+            draft=replace(self.draft, begun_sections=found.begun, ended_sections=found.ended),
+            clashes=(*self.clashes, *found.clashes),
+            renamed=(*self.renamed, *found.renamed),
+            same_sections=found.same,
+        )
 
 
 def matched(

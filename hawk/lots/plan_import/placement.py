@@ -27,6 +27,7 @@ from hawk.lots.schema import SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import Detection, Doubtful, KnownGround, LotInputError, MappedGround, Register
 from hawk.model.lot_map import StallState
+from hawk.model.poses import Ring
 
 WORST_SCALE: Final = 0.02
 """Share by which two points may be farther apart on Earth than in the drawing."""
@@ -78,7 +79,7 @@ def placed(
     """Return the place of a plan in a lot; None: in a new one, about the plan itself. Raises LotInputError."""
     datum = None if lot is None else datum_of(connection, lot)
     first = _by_coordinates(plan, pins, datum) if plan.datum is not None else _by_points(plan, pins, datum)
-    if lot is None or register is None:
+    if lot is None or register is None or not plan.stalls:  # sections alone lie where their coordinates say
         return first
     return _registered(connection, lot, plan, first, register)
 
@@ -131,8 +132,8 @@ def _by_points(plan: PlanFile, pins: Sequence[Pin], datum: tuple[float, float] |
 
 
 def _extent(plan: PlanFile) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Return the least and the greatest (y, x) of the stalls' middles, in units of the drawing."""
-    places = plan.shapes()[:, :2] / plan.metres + np.array([plan.origin[1], plan.origin[0]])
+    """Return the least and the greatest (y, x) of stalls' middles and sections' corners, in units of the drawing."""
+    places = plan.places() / plan.metres + np.array([plan.origin[1], plan.origin[0]])
     (low_y, low_x), (high_y, high_x) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
     return (low_y, low_x), (high_y, high_x)
 
@@ -143,6 +144,11 @@ def shapes_after(shapes: Floats, move: Move) -> Floats:
     found[:, :2] = move.of(shapes[:, :2])
     found[:, 2] = (shapes[:, 2] + move.turn) % math.pi
     return found
+
+
+def ring_after(ring: Ring, move: Move) -> Ring:
+    """Return a ring after a move, to the micrometre."""
+    return tuple((north, east) for north, east in np.round(move.of(np.array(ring)), 6).tolist())
 
 
 def _registered(connection: Connection, lot: str, plan: PlanFile, first: Placement, register: Register) -> Placement:

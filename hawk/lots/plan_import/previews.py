@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import secrets
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from sqlalchemy import Connection
 
-from hawk.lots.plan.queries import all_stalls, zones_of
-from hawk.lots.plan.values import SHAPE, LayoutStall, PlanStall
+from hawk.lots.plan.queries import all_stalls, sections_of, zones_of
+from hawk.lots.plan.values import SHAPE, Draft, LayoutStall, PlanStall
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_files.values import MOST_LEFT_OUT, LeftOut, PlanFile
 from hawk.lots.plan_import.answers import (
@@ -23,11 +23,13 @@ from hawk.lots.plan_import.answers import (
     PlanPlace,
     PlanPreview,
     Renamed,
+    SectionShape,
     StayingShape,
 )
 from hawk.lots.plan_import.choices import ImportAsked
 from hawk.lots.plan_import.match import Matched, matched
-from hawk.lots.plan_import.placement import Placement, placed, shapes_after
+from hawk.lots.plan_import.placement import Placement, placed, ring_after, shapes_after
+from hawk.lots.plan_import.section_match import matched_sections
 from hawk.lots.values import LotStoreError, Register, new_id
 
 LONGEST_S: Final = 30 * 60.0
@@ -87,6 +89,12 @@ def preview(
     present: list[LayoutStall] = [] if lot is None else all_stalls(connection, lot)
     zones = [] if lot is None else zones_of(connection, lot)
     change = matched(plan.stalls, shapes, present, zones, asked.choices, new_id)
+    if plan.sections:
+        rings = [ring_after(each.ring, placement.move) for each in plan.sections]
+        sections = [] if lot is None else sections_of(connection, lot)
+        change = change.beside(matched_sections(
+            plan.sections, rings, sections, new_id, is_replaced=asked.choices.replace, is_renamed=asked.choices.rename,
+        ))  # fmt: skip
     revision = 0 if lot is None else revision_of(connection, lot)
     return Preview(lot, revision, asked.name, placement, change, plan)
 
@@ -116,8 +124,25 @@ def shown_preview(found: Preview, token: str) -> PlanPreview:
         clashes=_named(found.matched.clashes),
         clash_count=len(found.matched.clashes),
         renamed=[Renamed(label=old, to=new) for old, new in found.matched.renamed[:MOST_LEFT_OUT]],
+        sections=[*_sections(draft)],
+        same_sections=found.matched.same_sections,
         layers=[PlanLayer(name=name, outlines=count) for name, count in plan.layers],
     )  # fmt: skip
+
+
+def _sections(draft: Draft) -> Iterator[SectionShape]:
+    """Yield the sections that begin, change and end, in this order."""
+    former, begun = ({each.id: each for each in sections} for sections in (draft.ended_sections, draft.begun_sections))
+    for each in (*draft.begun_sections, *draft.ended_sections):
+        is_ended = each.id in former and former[each.id] is each
+        if is_ended and each.id in begun:
+            continue
+        yield SectionShape(
+            change="end" if is_ended else "stay" if each.id in former else "begin",
+            name=each.name, former=former[each.id].name if each.id in former else "",
+            outline=each.outline, kind=each.kind, length_m=each.length_m, capacity=each.capacity,
+            is_capacity_given=each.is_capacity_given, note=each.note,
+        )  # fmt: skip
 
 
 def _shape(stall: PlanStall) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from hawk.lots.outlines import outline_json
 from hawk.lots.plan import edits
 from hawk.lots.plan.answers import Edited
 from hawk.lots.plan.edits import checked
-from hawk.lots.plan.steps import next_key
+from hawk.lots.plan.steps import next_key, section_values
 from hawk.lots.plan.values import SHAPE, Draft, shapes_of
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_import.previews import Preview
@@ -26,7 +26,7 @@ from hawk.lots.registration.georeference import ring_on_earth
 from hawk.lots.registration.lot_match import Answer, which_lot
 from hawk.lots.registration.survey_place import ABOUT_M
 from hawk.lots.rows import Row
-from hawk.lots.schema import LOT, STALL
+from hawk.lots.schema import LOT, SECTION, STALL
 from hawk.lots.values import LotInputError, LotStoreError, check_fields, checked_name, new_id
 from hawk.model.plans import Outline
 
@@ -89,12 +89,17 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
         )
         for key, stall in enumerate(stalls, next_key(connection, STALL))
     ]  # fmt: skip
+    rows += [
+        Row(SECTION.name, (key,), section_values(key, lot, section, 1, None))
+        for key, section in enumerate(draft.begun_sections, next_key(connection, SECTION))
+    ]
     done = change_log.write(connection, Change(KIND, lot, tuple(rows)), who, now)
-    return Begun(**dict(done), stalls=len(stalls))
+    return Begun(**dict(done), stalls=len(stalls), sections=len(draft.begun_sections))
 
 
 def _outline(draft: Draft, datum: tuple[float, float]) -> Outline:
-    """Return the ground about the stalls of a plan, WGS-84."""
-    places = shapes_of(draft.added)[:, :2]
+    """Return the ground about the stalls and sections of a plan, WGS-84."""
+    corners = [corner for section in draft.begun_sections for corner in section.outline]
+    places = [*shapes_of(draft.added)[:, :2].tolist(), *corners]
     ring = np.array(MultiPoint(places).convex_hull.buffer(ABOUT_M, quad_segs=4).exterior.coords[:-1])
     return Outline((ring_on_earth(datum, ring),))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -11,9 +11,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from hawk.lots.survey.section_counts import AREA_OF_PLACE_M2, interval
 from hawk.lots.survey.source import LIMIT_WORDS, Limit
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.plans import Outline
+from hawk.model.vehicles import MapVehicle
 from hawk.picture.orthophoto.grid import FloatArray
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.survey import Findings, PictureFrame, seen_of, survey_of
@@ -115,7 +117,10 @@ class SurveysByLot:
             stalls=tuple(replace(stall, id=f"{lot.facts.id}/{stall.id}") for stall in mapped.survey.stalls),
         )
         landed = replace(mapped.landed, beside=self._beside(number))
-        return LotSurvey(lot.facts, replace(mapped, survey=record, landed=landed), unseen, unsure_of(stalls), doubts)
+        places = lot.facts.capacity or ground.area / AREA_OF_PLACE_M2
+        vehicles = _counted(landed.current.vehicles, unseen * places)
+        mapped = replace(mapped, survey=record, landed=landed)
+        return LotSurvey(lot.facts, mapped, unseen, unsure_of(stalls), doubts, vehicles)
 
     def _doubts(
         self, number: int, mapped: PictureSurvey, stalls: Stalls, unseen: float, beside: float, *, is_left_out: bool
@@ -148,6 +153,14 @@ class SurveysByLot:
         """Return the outlines of the other lots near by."""
         near = np.sort(self._tree.query(self._ground[number], predicate="dwithin", distance=_NEAR_M)).tolist()
         return tuple(LotOutline((self._outline.lots[k],)).outline() for k in near if k != number)
+
+
+def _counted(vehicles: Mapping[int, MapVehicle] | None, unseen: float) -> tuple[int, int, int] | None:
+    """Return the number of vehicles of a lot, with its interval as of sections; ``unseen``: places not seen."""
+    if vehicles is None:
+        return None
+    least, most = interval(np.array([each.probability for each in vehicles.values()], np.float64), unseen)
+    return len(vehicles), min(least, len(vehicles)), max(most, len(vehicles))
 
 
 def unsure_of(stalls: Stalls) -> float | None:

@@ -13,6 +13,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from hawk.lots.plan_files.section_facts import capacity_said
 from hawk.lots.values import fitting_name
 from hawk.picture.values import LotFacts, PictureError, id_of, list_names
 
@@ -122,6 +123,7 @@ def _facts(feature: OutlineFeature, known: str) -> LotFacts:
         name=name or f"Lot {feature.number}",
         is_named=bool(name),
         tags=tuple(sorted(tags.items())),
+        capacity=capacity_said(feature.facts),
     )
 
 

@@ -78,6 +78,18 @@ def read_folder(
     return ShotSet(tuple(shots), named_left, (*notes, *differ, *_notes(chosen)), is_sure)
 
 
+def flights_of(photographs: list[Photograph]) -> list[list[Photograph]]:
+    """Return the photographs of each flight and drone by time. Few of another camera stay among many: `read_folder`
+    leaves them out.
+    """
+    flights = []
+    for serial in dict.fromkeys(one.serial for one in photographs):
+        own = _by_time([one for one in photographs if one.serial == serial])
+        groups = _groups(own)
+        flights += [own] if _without_few(groups)[1] else groups
+    return flights
+
+
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:
     """Return the paths of a folder's JPEGs by name, and a note on what else it holds."""
     try:

@@ -7,14 +7,17 @@ import math
 import numpy as np
 import pytest
 import shapely
+from sqlalchemy import select
 
 from hawk.exports.records import NEWEST, read_survey, read_surveys, survey_of
+from hawk.lots import commands
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.registration.georeference import about
 from hawk.lots.registration.survey_place import MAP_M, USUAL_M, datum_accuracy, datum_of
+from hawk.lots.schema import LOT
 from hawk.lots.values import Doubtful, KnownGround, MappedGround, NotFoundError
 from tests.unit.exports.stored import Stored
-from tests.unit.lots.repaints import flown, without
+from tests.unit.lots.repaints import NOW, flown, without
 
 
 def nowhere(known: KnownGround, found: MappedGround) -> Doubtful:
@@ -52,6 +55,24 @@ def test_surveys_that_are_read_together_are_as_each_alone_and_share_their_layout
             read_surveys(connection, [ids[0], "0"])
     assert all(a.corners is b.corners for a, b in zip(together[1].stalls, together[2].stalls, strict=True))
     assert together[3].doubt != ""
+
+
+@pytest.mark.slow
+def test_a_survey_has_its_stalls_again_when_a_part_that_was_split_off_is_merged(stored: Stored) -> None:
+    before = stored.read()
+    corners = [corner for stall in before.stalls if stall.label.startswith("C ") for corner in stall.corners]
+    south, west = np.min(corners, axis=0).tolist()
+    north, east = np.max(corners, axis=0).tolist()
+    part = [[south, west], [south, east], [north, east], [north, west]]
+    with stored.store.writing() as connection:
+        commands.split(connection, stored.lot, {"name": "South", "outline": part}, "Ann", NOW)
+        south_lot = connection.execute(select(LOT.c.id).where(LOT.c.name == "South")).scalar_one()
+    assert len(stored.read().stalls) == 40
+    with stored.store.writing() as connection:
+        commands.merge(connection, stored.lot, south_lot, "Ann", NOW + 1)
+    assert [(stall.id, stall.state) for stall in stored.read().stalls] == [
+        (each.id, each.state) for each in before.stalls
+    ]
 
 
 @pytest.mark.slow

@@ -8,14 +8,22 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import shapely
 
 from hawk.exports.feeds import cds_zones, valid_at
 from hawk.exports.files import export
 from hawk.exports.formats import kind_of
+from hawk.exports.geopackage import surveys_gpkg
 from hawk.exports.section_files import COLUMNS, sections_csv, sections_geojson
 from hawk.exports.values import ExportRecord
+from hawk.lots.plan.queries import sections_of
+from hawk.lots.plan_files.formats import read_plan
+from hawk.lots.plan_files.values import Asked
+from hawk.lots.plan_import.choices import asked_of
+from hawk.lots.plan_import.previews import preview
+from hawk.lots.registration.frames import frame_of
 from hawk.lots.survey.pictures import PictureFolder
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import flown
@@ -76,3 +84,26 @@ def test_a_section_is_a_curb_zone_with_the_room_in_it(survey: ExportRecord) -> N
     for late in (valid_at(survey, at + 7200, 3600), valid_at(replace(survey, time_is_sure=False), at + 60, 3600)):
         (zone,) = cds_zones(late)["data"]["zones"]
         assert not {"available_space_lengths", "availability_time"} & zone.keys()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", ["geojson", "gpkg"])
+def test_exported_sections_are_imported_as_they_were(stored: Stored, survey: ExportRecord, form: str) -> None:
+    """Into the same lot nothing changes; into a new one they are the same but for their ids."""
+    bent = {"line": [[-2.0, 0.0], [-1.0, 10.0], [-2.0, 20.0]], "side": "left", "width": 1.1}
+    stored.edit({"do": "draw_section", "name": "Élan 7", "kind": "parallel", "place_m": 6.0, **bent})
+    stored.edit({"do": "draw_section", "name": "Yard", "outline": [[-2, 1], [-2, 8], [2, 8]], "note": "staff"})
+    survey = stored.read(stored.add(flown(2)).survey)
+    data = sections_geojson(survey) if form == "geojson" else surveys_gpkg([survey, survey])
+    plan = read_plan(data, Asked(layer="" if form == "geojson" else "sections"))
+    with stored.store.reading() as connection:
+        same = preview(connection, survey.lot_id, plan, asked_of({}, ()), None)
+        new = preview(connection, None, plan, asked_of({}, ()), None)
+        present = sections_of(connection, survey.lot_id)
+    assert same.matched.draft.is_empty
+    assert same.matched.same_sections == len(present) == 3
+    move = frame_of(survey.origin, new.placement.datum)
+    for was, found in zip(present, sorted(new.matched.draft.begun_sections, key=lambda each: each.name), strict=True):
+        assert replace(found, id=was.id, key=was.key, outline=was.outline) == was
+        there = shapely.Polygon(move.of(np.array(found.outline)))
+        assert there.symmetric_difference(shapely.Polygon(was.outline)).area < 0.05

@@ -83,6 +83,23 @@ def test_a_command_may_take_most_of_what_is_free() -> None:
     subprocess.run([sys.executable, "-c", COMMAND], check=True)
 
 
+LIMITED = """
+import resource
+from hawk.formats.box import enter_command
+enter_command(needs_network=True, memory_bytes=700 * 2**20)
+assert resource.getrlimit(resource.RLIMIT_DATA)[0] == 700 * 2**20
+try:
+    bytearray(800 * 2**20)
+except MemoryError:
+    raise SystemExit(0)
+raise SystemExit("more was taken")
+"""
+
+
+def test_a_command_takes_no_more_than_a_person_says() -> None:
+    subprocess.run([sys.executable, "-c", LIMITED], check=True)
+
+
 @pytest.mark.parametrize(
     "command",
     [("map", HERE_FILE, "--out", "new"), ("replay", HERE_FILE), ("restore", HERE_FILE), ("verify", HERE_FILE)],

@@ -22,6 +22,7 @@ from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall
 from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import (
     Detection,
     Doubtful,
@@ -41,6 +42,7 @@ from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global
+from tests.unit.lots.repaints import by_place
 from tests.unit.lots.surveys import BEGAN, DATUM, box, later, stall, survey
 
 MOST_BYTES = 40_000
@@ -389,3 +391,30 @@ def test_a_snapshot_keeps_the_state_that_is_unknown() -> None:
     given = (replace(stall(1), state=StallState.UNKNOWN),)
     assert unpack_stalls(pack_stalls(given))[0].state is StallState.UNKNOWN
     assert unpack_stalls(pack_stalls(())) == ()
+
+
+@pytest.mark.parametrize("register", [None, by_place])
+def test_pictures_mapped_again_with_more_of_them_leave_each_stall_its_id(
+    store: Database, register: Register | None
+) -> None:
+    source = PictureSource(SourceKind.PHOTOGRAPHS, "flight", ())
+    whole = replace(survey(stalls=60), pictures=source)
+    part = replace(survey(stalls=40), pictures=source)
+    first = saved(store, part, register)
+    before = layout(store, first.lot)
+    numbers = [one.id for one in whole.stalls]
+    random.Random(3).shuffle(numbers)
+    moved = (replace(one, id=number) for one, number in zip(whole.stalls, numbers, strict=True))
+    again = saved(store, replace(whole, stalls=tuple(moved)), register)
+    assert (again.survey, again.lot, again.placed) == (first.survey, first.lot, Placed.FIRST)
+    after = layout(store, first.lot)
+    assert len(after) == 60
+    kept = {each.id: (each.north, each.east) for each in after.values()}
+    assert {each.id for each in before.values()} < kept.keys()
+    for each in before.values():
+        assert kept[each.id] == pytest.approx((each.north, each.east))
+    places = {(one.north, one.east): one.state for one in whole.stalls}
+    keys = {row["key"]: row for row in rows(store, STALL)}
+    looks = rows(store, OBSERVATION)
+    assert len(looks) == 60
+    assert all(look["state"] == places[keys[look["stall"]]["north"], keys[look["stall"]]["east"]] for look in looks)

@@ -113,6 +113,33 @@ def test_each_outline_is_a_lot_with_its_name_id_and_tags(counted: Path) -> None:
     assert unsure == sorted(unsure, reverse=True)
 
 
+def test_vehicles_of_each_lot_are_counted_against_the_places_that_its_file_gives(counted: Path) -> None:
+    lots = {row["lot_name"]: row for row in rows(counted / "lots.csv")}
+    parked = {name: int(row["vehicles"]) for name, row in lots.items()}
+    assert sum(parked.values()) > 10
+    for name, row in lots.items():
+        assert int(row["vehicles_least"]) <= parked[name] <= int(row["vehicles_most"])
+        assert abs(parked[name] - int(row["taken"])) <= 0.3 * int(row["stalls"])
+    assert (lots["Wést"]["capacity"], lots["East"]["capacity"], lots["East"]["occupancy"]) == ("20", "", "")
+    assert float(lots["Wést"]["occupancy"]) == pytest.approx(parked["Wést"] / 20)
+
+
+def test_a_lot_without_stalls_is_a_count_of_vehicles(
+    picture: Path, counted: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Half of it lies beside the picture: what was not seen is in the interval."""
+    out = tmp_path / "out"
+    shutil.copytree(counted, out)
+    lane = feature(ground(-10, 0, 10, 20), "lane", name="Lane", places=40)
+    report = mapped(picture, out, (lane, EAST))
+    by_id = {each["lot_id"]: each for each in report["lots"]}
+    found = by_id["lane"]
+    assert (found["stalls"], found["vehicles"], found["capacity"]) == (0, 0, 40)
+    assert found["vehicles_most"] >= 15
+    assert "Lane: 0 stalls, free 0, taken 0, unclear 0, 0 vehicles (" in (said := capsys.readouterr().out)
+    assert " for 40 places." in said
+
+
 def test_a_stall_belongs_to_the_outline_that_holds_its_middle(counted: Path) -> None:
     stalls, lots = rows(counted / "stalls.csv"), json.loads((counted / "lots.geojson").read_text())["features"]
     shapes = {each["id"]: shapely.geometry.shape(each["geometry"]) for each in lots}

@@ -25,7 +25,7 @@ def test_the_picture_stays_as_it_is_above_a_strip() -> None:
     assert (narrow[:300, :250] == 255).all()
 
 
-@pytest.mark.parametrize(("metres", "wide", "bar"), [(0.1, 1200, 10), (0.1, 1500, 20), (0.3, 2000, 50), (0.01, 900, 1)])
+@pytest.mark.parametrize(("metres", "wide", "bar"), [(0.1, 1500, 10), (0.1, 2000, 20), (0.3, 2000, 50), (0.01, 900, 1)])
 def test_the_bar_is_a_round_number_of_metres(metres: float, wide: int, bar: int) -> None:
     assert scale_bar_m(metres, wide) == bar
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import select
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,7 +16,7 @@ import hawk.cli
 import hawk.daemon.start
 from hawk.config.sections import Config
 from hawk.daemon.options import DaemonOptions
-from hawk.runtime.process import ParentGoneError, started_s, watched_parent
+from hawk.runtime.process import ParentGoneError, kill_with_parent, started_s, watched_parent
 
 GONE = 99_999_999
 """Above every limit of pid_max (proc(5))."""
@@ -80,6 +81,29 @@ async def test_nothing_is_reported_afterwards(other: subprocess.Popen[bytes]) ->
     other.wait()
     await asyncio.sleep(0.05)
     assert not calls
+
+
+WORK = """
+import subprocess, sys
+child = "import os, sys, time; from hawk.runtime.process import kill_with_parent; kill_with_parent(os.getppid()); " \
+    "print(os.getpid(), flush=True); time.sleep(600)"
+subprocess.run([sys.executable, "-c", child])
+"""
+
+
+def test_work_that_may_be_cut_off_ends_with_its_parent() -> None:
+    with subprocess.Popen([sys.executable, "-c", WORK], stdout=subprocess.PIPE) as parent:
+        assert parent.stdout is not None
+        child = int(parent.stdout.readline())
+        pidfd = os.pidfd_open(child)
+        parent.kill()
+        assert select.select([pidfd], [], [], 30.0)[0] == [pidfd]
+        os.close(pidfd)
+
+
+def test_work_whose_parent_has_ended_does_not_begin() -> None:
+    with pytest.raises(ParentGoneError):
+        kill_with_parent(GONE)
 
 
 async def test_a_parent_that_ended_before_is_refused(other: subprocess.Popen[bytes]) -> None:

@@ -81,12 +81,13 @@ export interface BeginningShape {
   kind: string;
 }
 
-/** A lot that a plan made; `stalls`: how many it has. */
+/** A lot that a plan made; `stalls`, `sections`: how many it has. */
 export interface Begun {
   seq: number;
   kind: string;
   lot: string;
   stalls: number;
+  sections: number;
 }
 
 /** Ends between which a figure lies. `high`: null where nothing limits it; `low`: null where nothing is known. */
@@ -577,7 +578,7 @@ export interface PlanPlace {
   accuracy: number | null;
 }
 
-/** Effect of an import, which its `token` takes within minutes; nothing is written before. `same`: stalls that the plan has as the file does. */
+/** Effect of an import, which its `token` takes within minutes; nothing is written before. `same` and `same_sections`: stalls and sections that the plan has as the file does. */
 export interface PlanPreview {
   token: string;
   lot: string | null;
@@ -590,6 +591,8 @@ export interface PlanPreview {
   stay: StayingShape[];
   same: number;
   end: EndingShape[];
+  sections: SectionShape[];
+  same_sections: number;
   left_out: LeftOutFeature[];
   left_out_count: number;
   clashes: LeftOutFeature[];
@@ -695,7 +698,7 @@ export interface RecordingList {
   next: string | null;
 }
 
-/** A label of the file that another stall keeps, and the one in its place. */
+/** A label of the file that another stall keeps, or a name that another section keeps, and the one in its place. */
 export interface Renamed {
   label: string;
   to: string;
@@ -752,6 +755,19 @@ export interface SectionLook {
 export interface SectionLookList {
   next: string | null;
   items: SectionLook[];
+}
+
+/** A section that the plan would have besides, otherwise (`stay`), or no more: metres in the frame of the lot. */
+export interface SectionShape {
+  change: "begin" | "stay" | "end";
+  name: string;
+  former: string;
+  outline: [number, number][];
+  kind: "parallel" | "across" | "";
+  length_m: number;
+  capacity: number | null;
+  is_capacity_given: boolean;
+  note: string;
 }
 
 /** Sections of a lot's plan by their names, with what one survey saw of each; null where it did not look. */

@@ -17,7 +17,7 @@ describe("the place that the address names", () => {
   });
 
   it("leaves out what is none, and begins at Fly", () => {
-    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=all&part=B&days=monday&hours=noon&by=magic&at=7"), placeOf(""));
+    assert.deepEqual(placeOf("#/all/<b>/1?from=yesterday&to=2026-5-4&show=every&part=B&days=monday&hours=noon&by=magic&at=7"), placeOf(""));
     assert.equal(hashOf(placeOf("")), "#/fly");
     assert.equal(placeOf("#/lots/<b>").lot, "");
     for (const [search, read] of [["days=blah", ""], ["days=mon-fri-sun", ""], ["days=fri-mon", "fri-mon"], ["hours=99", ""], ["hours=22-2", ""], ["hours=7-7", ""], ["hours=22-24,0-2", "22-24,0-2"], ["from=2026-02-31", ""], ["from=2026-12-01&to=2026-01-01", "2026-12-01"]] as const) {

@@ -18,6 +18,8 @@ const PREVIEW: Partial<PlanPreview> = {
   begin: [SHAPE, SHAPE],
   stay: [SHAPE],
   end: [],
+  sections: [],
+  same_sections: 0,
   same: 4,
   left_out: [{ name: "<b>node 7</b>", reason: "is a point: draw it" }],
   left_out_count: 1,
@@ -83,6 +85,16 @@ describe("the import of a plan from a file", () => {
     assert.equal(stage.input("datalist option").value, "STALLS");
   });
 
+  it("says what happens to sections, and shows them on the map", async () => {
+    const said = { former: "", kind: "parallel", length_m: 44, capacity: 8, is_capacity_given: true, note: "" } as const;
+    const outline: [number, number][] = [[0, 0], [0, 44], [-2, 44]];
+    const sections: PlanPreview["sections"] = [{ ...said, change: "begin", name: "Elm", outline }, { ...said, change: "end", name: "Oak", outline }];
+    await read(Response.json({ ...PREVIEW, sections, same_sections: 3 }));
+    assert.match(stage.text, /4 are so already, 0 end\. Sections: 1 begin, 0 change, 3 are so already, 1 end\./);
+    await read(Response.json({ ...PREVIEW, begin: [], stay: [], same: 0, sections }));
+    assert.match(stage.text, /plan\.dxf\s*Sections: 1 begin, 0 change, 0 are so already, 1 end\./);
+  });
+
   it("takes the plan within the edit, as a step that can be undone", async () => {
     await read(Response.json(PREVIEW));
     const stall = { ...SHAPE, is_confirmed: true, is_named: true };
@@ -122,7 +134,7 @@ describe("the import of a plan from a file", () => {
     const [lines, list] = [[...stage.part.querySelectorAll(".imported .problem")], stage.find(".imported ul")];
     assert.deepEqual(
       lines.map((line) => line.textContent.trim()),
-      ["1 feature is left out", "139 labels are refused: a person confirmed them on other stalls, or the file has them twice"],
+      ["1 feature is left out", "139 labels or names are refused: other stalls or sections keep them, or the file has them twice"],
     );
     const take = stage.button("Take the plan");
     for (const line of lines) assert.equal(line.compareDocumentPosition(take), 4);

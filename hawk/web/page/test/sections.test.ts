@@ -1,9 +1,11 @@
 import "./dom.ts";
 import "./no-drawing.ts";
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import type { ListedSection, SectionLook } from "../src/api.ts";
 import { stripOf } from "../src/plan/strip.ts";
+import type { Side, Spot } from "../src/plan/values.ts";
 import type { Operator } from "../src/state/operator.ts";
 import { PlanPanel } from "../src/ui/plan-panel.ts";
 import "../src/ui/plan-section.ts";
@@ -15,6 +17,8 @@ import { flying } from "./rig.ts";
 import { Stage } from "./stage.ts";
 
 const KERB = [[0, 0], [0, 44]] as const;
+/** Strips that the store's test has too: tests/unit/lots/plan/test_sections.py. */
+const STRIPS = JSON.parse(readFileSync(new URL("./strips.json", import.meta.url), "utf8")) as { line: Spot[]; width: number; side: Side; ring: Spot[] }[];
 
 function look(parked: number, capacity: number | null, more: Partial<SectionLook> = {}): SectionLook {
   const occupancy = capacity === null ? null : parked / capacity;
@@ -37,10 +41,9 @@ describe("what is said of a section", () => {
 
 describe("the strip along a line", () => {
   it("lies on the side that is asked, with mitred corners", () => {
-    assert.deepEqual(stripOf(KERB, 2.5, "right"), [[0, 0], [0, 44], [-2.5, 44], [-2.5, 0]]);
-    assert.deepEqual(stripOf(KERB, 2.5, "left"), [[0, 0], [0, 44], [2.5, 44], [2.5, 0]]);
-    const bent = stripOf([[0, 0], [0, 10], [10, 10]], 2, "left").map(([north, east]) => [Number(north.toFixed(6)), Number(east.toFixed(6))]);
-    assert.deepEqual(bent, [[0, 0], [0, 10], [10, 10], [10, 8], [2, 8], [2, 0]]);
+    for (const { line, width, side, ring } of STRIPS) {
+      assert.deepEqual(stripOf(line, width, side).map(([north, east]) => [Number(north.toFixed(6)) + 0, Number(east.toFixed(6)) + 0]), ring);
+    }
     assert.deepEqual([stripOf([[0, 0]], 2, "left"), stripOf([[0, 0], [0, 0]], 2, "left")], [[], []]);
   });
 });

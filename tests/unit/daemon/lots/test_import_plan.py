@@ -9,6 +9,7 @@ import pytest
 from hawk.cli import main
 from hawk.lots.storage.database import Database
 from tests.unit.lots import whole
+from tests.unit.lots.plan_files.files import degrees, feature
 from tests.unit.lots.plan_import.imports import drawn, geojson
 
 pytestmark = pytest.mark.slow  # each file is read by a process of its own
@@ -43,6 +44,20 @@ def test_a_lot_is_made_of_a_plan_and_follows_the_next_one(tmp_path: Path, capsys
     assert command(tmp_path, more, "--lot", "North") == 0
     assert "the plan is version 2 of the layout, change " in capsys.readouterr().out
     assert lots(tmp_path) == {"North": 39}
+
+
+def test_a_lot_is_made_of_sections_and_has_them_already(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    kerb = feature(degrees([(0.0, 0.0), (0.0, 44.0)]), "LineString", name="Elm", side="right", capacity=8)
+    assert command(tmp_path, geojson([kerb]), "--new", "Elm Street") == 0
+    said = capsys.readouterr().out
+    assert "plan.geojson: 0 stalls and 1 sections (GeoJSON), placed by coordinates" in said
+    assert "sections: 1 begin, 0 stay and change, 0 are so already, 0 end" in said
+    assert "Elm Street is made, with 0 stalls and 1 sections: lot " in said
+    assert command(tmp_path, geojson([kerb]), "--lot", "Elm Street") == 0
+    said = capsys.readouterr().out
+    assert "sections: 0 begin, 0 stay and change, 1 are so already, 0 end" in said
+    assert "stalls:" not in said
+    assert "nothing is changed: the lot has this plan already" in said
 
 
 @pytest.mark.parametrize(

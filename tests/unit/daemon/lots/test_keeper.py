@@ -36,7 +36,11 @@ class Flown:
         self.messages: list[tuple[str, str, str]] = []
         self.store = LotStore(path)
         self.asked = 0
-        self.keeper = LotKeeper(self.store, self.landed, self.add, TIMES, is_restored=is_restored)
+        self.heard_at_store: list[int] = []
+        self.keeper = LotKeeper(
+            self.store, self.landed, self.add, TIMES, is_restored=is_restored,
+            stored=lambda: self.heard_at_store.append(len(self.messages)),
+        )  # fmt: skip
 
     def landed(self) -> LandingFacts | None:
         self.asked += 1
@@ -88,6 +92,7 @@ async def test_each_landing_is_a_save_and_a_message(tmp_path: Path) -> None:
         "The survey is stored as one of Lot 1.",
         "Which lot is it? The survey is stored without one.",
     ]
+    assert drone.heard_at_store == [0, 1, 2], "the flight knows the lot before the operator hears of it"
     assert drone.messages[2][2] == "1 lots may be meant: choose one under Lots."
 
 

@@ -138,3 +138,17 @@ async def test_the_plan_lies_where_the_receiver_places_it(drone: Drone) -> None:
     shown = await drone.store.read(lambda c: whole.stalls(c, drone.follower.current.id))  # type: ignore[union-attr]
     off = [known.north - stall["north"] for known, stall in zip(drone.follower.current.stalls, shown, strict=True)]
     assert off == pytest.approx([-10.0] * 40, abs=0.05)
+
+
+async def test_it_looks_at_once_when_it_is_woken(tmp_path: Path) -> None:
+    drone = Drone(tmp_path / "lots.db")
+    patient = KnownLotFollower(drone.store, lambda: drone.datum, lambda: drone.survey, drone.add, look_s=3600.0)
+    running = asyncio.create_task(patient.run())
+    await drone.store_survey()
+    drone.datum = DATUM
+    patient.wake()
+    await until(lambda: patient.current is not None)
+    running.cancel()
+    with contextlib.suppress(asyncio.CancelledError):
+        await running
+    await drone.store.close()

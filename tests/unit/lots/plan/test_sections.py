@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,6 +23,7 @@ from tests.unit.lots.plan.plans import NOW, Person, drawn_lot
 from tests.unit.lots.surveys import DATUM
 
 KERB: dict[str, Any] = {"line": [[20.0, 0.0], [20.0, 56.0]], "side": "right", "width": 2.2, "kind": "parallel"}
+STRIPS = Path(__file__).parents[4] / "hawk" / "web" / "page" / "test" / "strips.json"
 SQUARE = [[30.0, 0.0], [30.0, 20.0], [40.0, 20.0], [40.0, 0.0]]
 
 
@@ -163,6 +165,13 @@ def test_a_section_whose_ring_is_damaged_is_shown_without_it_and_refuses_a_chang
     with pytest.raises(LotInputError, match="section: is damaged on the disk"):
         ann.do("change_section", section=first["id"], capacity=3)
     assert len(ann.do("remove", stalls=ann.ids("A 1"))["sections"]) == 1  # the rest of the plan is edited on
+
+
+@pytest.mark.parametrize("each", json.loads(STRIPS.read_text("utf-8")))
+def test_a_strip_is_the_one_that_the_page_draws(each: dict[str, Any]) -> None:
+    """The page's test reads the same file."""
+    ring = shapely.Polygon(strip(each["line"], each["width"], each["side"]))
+    assert ring.symmetric_difference(shapely.Polygon(each["ring"])).area == pytest.approx(0.0, abs=1e-4)
 
 
 @given(

@@ -105,7 +105,7 @@ CROSSED = [A_ROW[1][0], A_ROW[1][2], A_ROW[1][1], A_ROW[1][3], A_ROW[1][0]]
         (feature([degrees(A_ROW[1]), degrees(A_ROW[1])]), "has a hole"),
         (feature([5.0, 52.0], "Point", capacity=12), "is a Point: draw one outline"),
         (feature([[degrees(ring)] for ring in A_ROW[1:]], "MultiPolygon"), "is a MultiPolygon of 2 parts"),
-        (feature([degrees(A_ROW[1])], amenity="parking"), "is parking, no parking_space"),
+        (feature([degrees(A_ROW[1])], amenity="bench"), "is bench, no parking_space"),
         (feature([degrees([(n * 20, e * 20) for n, e in A_ROW[1]])]), "a stall is 0.5 to 10 m wide"),
         (feature([degrees([(9, 0), (9, 5), (14, 0), (9, 0)])]), "fills 50% of the least rectangle about it"),
         ({"type": "Feature", "geometry": None}, "geometry: is missing"),
@@ -121,9 +121,9 @@ def test_a_feature_that_is_no_stall_is_left_out_by_its_number(bad: object, words
 
 
 def test_a_file_without_any_stall_is_refused_with_its_first_feature() -> None:
-    with pytest.raises(LotInputError, match=r"holds no stall, 1 features are none\. The first, features\[0\]: .*Point"):
+    with pytest.raises(LotInputError, match=r"no section, 1 features are none\. The first, features\[0\]: .*Point"):
         plan(geojson([feature([5.0, 52.0], "Point")]))
-    with pytest.raises(LotInputError, match="holds no stall: draw each stall as a closed outline"):
+    with pytest.raises(LotInputError, match="holds no stall and no section: draw each stall as a closed outline"):
         plan(geojson([]))
 
 
@@ -252,11 +252,12 @@ def test_the_stalls_of_a_flight_come_back_with_their_labels() -> None:
 def test_the_json_of_a_lot_comes_back_with_its_labels_and_kinds() -> None:
     shape = {"north": 3.0, "east": 4.0, "angle": 0.5, "width": 2.4, "length": 5.1}
     stalls = [{"label": "B 12", "kind": "staff", **shape}, {"label": "B 13", "kind": "", **shape, "north": math.inf}]
-    found = plan(json.dumps({"datum": [52.0, 5.0], "stalls": stalls, "sections": [{"name": "Elm Street"}]}).encode())
+    found = plan(json.dumps({"datum": [52.0, 5.0], "stalls": stalls, "sections": [{"name": "Elm Street"}, 7]}).encode())
     (stall,) = found.stalls
     assert (stall.label, stall.kind) == ("B 12", "staff")
     assert (stall.width, stall.length, stall.angle) == pytest.approx((2.4, 5.1, 0.5), abs=1e-3)
     assert left_out(found) == [
         "stalls[1]: north: must be a finite number",
-        "sections[0]: is a section: files with sections are not read, draw it",
+        "sections[0]: outline: must be corners, [north, east], metres about the datum",
+        "sections[1]: outline: must be corners, [north, east], metres about the datum",
     ]

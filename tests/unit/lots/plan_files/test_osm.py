@@ -60,7 +60,7 @@ BOMB = b"""<?xml version="1.0"?><!DOCTYPE osm [<!ENTITY a "aaaaaaaaaa"><!ENTITY 
         (BOMB, "has definitions of its own"),
         (osm(outline(1, A_ROW[0], **STALL))[:-30], "is no whole XML"),
         (b"<kml><Document/></kml>", "has no layer of polygons"),
-        (osm(), "holds no stall: draw each stall"),
+        (osm(), "holds no stall and no section: draw each stall"),
     ],
 )
 def test_what_cannot_be_read_is_refused_with_the_remedy(data: bytes, words: str) -> None:

@@ -10,6 +10,7 @@ import shapely
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.plan import geometry
+from hawk.lots.plan_files.child import packed, unpacked
 from hawk.lots.plan_files.formats import read_plan
 from hawk.lots.plan_import import transfer
 from hawk.lots.plan_import.choices import asked_of
@@ -41,7 +42,7 @@ class Importer(Person):
 
     def preview(self, data: bytes, *pins: str, is_new: bool = False, **asked: str) -> Preview:
         chosen = asked_of({"name": "plan.geojson", **asked}, pins)
-        plan = read_plan(data, chosen.file)
+        plan = unpacked(packed(read_plan(data, chosen.file)))  # as the box hands it over
         with self.store.reading() as connection:
             return preview(connection, None if is_new else self.lot, plan, chosen, self.register)
 

@@ -24,8 +24,8 @@ export interface Sketch {
   /** The places are corners of an area without stalls, or of a zone. */
   area: "" | "area" | "zone";
   box: readonly Coordinate[];
-  /** The strip along a line of places. */
-  strip?: readonly Coordinate[];
+  /** Sections that are to be: the strip along the line of places, or those of a file. */
+  sections?: readonly Area[];
   /** The shapes are those of a file that nobody has taken yet. */
   isPreview?: boolean;
 }
@@ -88,13 +88,14 @@ export function drawAreaName(context: CanvasRenderingContext2D, { ring, name }: 
 }
 
 export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, sight: Sight, palette: Palette): void {
-  const { shapes, places, area, box, isPreview, strip = [] } = sketch;
+  const { shapes, places, area, box, isPreview, sections = [] } = sketch;
   drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: isPreview === true ? FOUND_DASH : [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
-  drawArea(context, { ring: strip, name: "", isSection: true }, sight, palette);
+  for (const each of sections) drawArea(context, isPreview === true ? { ...each, isSection: false } : each, sight, palette); // dashed, as stalls of a file
+  for (const each of sections) drawAreaName(context, each, sight, palette);
   if (area !== "") drawArea(context, { ring: places, name: area === "zone" ? "" : null }, sight, palette);
   else if (pixels.length > 1) {
-    path(context, strip.length > 0 ? pixels : pixels.slice(0, 2));
+    path(context, sections.length > 0 ? pixels : pixels.slice(0, 2));
     strokeCased(context, palette.plan, palette.planCase, 3, []);
   }
   for (const [x, y] of pixels) drawDot(context, x, y, area === "area" ? palette.zone : palette.plan, palette.planCase);

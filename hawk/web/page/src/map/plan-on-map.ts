@@ -5,7 +5,7 @@ import { partsOf, type PlanStall, type Spot } from "../plan/values.ts";
 import type { Operator } from "../state/operator.ts";
 import type { PlanEditing, Redrawn } from "../state/plan-edit.ts";
 import { labelByKey } from "../state/plan-labels.ts";
-import { NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
+import { type Area, NO_SKETCH, type PlanShape, type Sketch } from "./draw-plan.ts";
 import { type Coordinate, corners, extentOf, type Rectangle, toCoordinate } from "./geometry.ts";
 import type { LotMap } from "./lot-map.ts";
 import type { PlanEditor, Touching } from "./plan-editor.ts";
@@ -138,7 +138,7 @@ export class PlanOnMap {
       layer.put([...redrawn].flatMap((id) => plan.get(id) ?? []).map((stall) => this.onMap(stall)));
     }
     const areas = [...plan.zones, ...plan.named].map(({ outline, name, kind }) => ({ ring: outline.map((corner) => this.toMap(corner)), name: kind === "no_stalls" ? null : name }));
-    const sections = plan.sections.map(({ outline, name }) => ({ ring: outline.map((corner) => this.toMap(corner)), name, isSection: true }));
+    const sections = plan.sections.map((each) => this.sectionOnMap(each));
     layer.showAreas([...areas, ...sections], lot.found.map((each) => shiftedShape(this.frame.toMap, each)));
     this.sketched = "";
   }
@@ -163,8 +163,9 @@ export class PlanOnMap {
   private sketchOf(): Sketch {
     const { drawing, incoming } = this.editing;
     if (incoming.preview) {
-      const { begin, stay } = incoming.preview;
-      return { ...NO_SKETCH, shapes: [...begin, ...stay].map((each) => shiftedShape(this.frame.toMap, each)), isPreview: true };
+      const { begin, stay, sections } = incoming.preview;
+      const shown = sections.filter(({ change }) => change !== "end").map((each) => this.sectionOnMap(each));
+      return { ...NO_SKETCH, shapes: [...begin, ...stay].map((each) => shiftedShape(this.frame.toMap, each)), sections: shown, isPreview: true };
     }
     const { course, strip } = drawing;
     const shapes = drawing.tool === "row" ? drawing.rowStalls : drawing.tool === "stall" && drawing.pointer ? [this.newStall(drawing.pointer, false)] : [];
@@ -172,7 +173,7 @@ export class PlanOnMap {
     const row = drawing.row;
     const ends = drawing.tool === "row" && row && drawing.places.length > 0 ? [...row.front, ...drawing.places.slice(2)] : course;
     const area = drawing.tool === "area" ? "area" : drawing.isRing || (drawing.tool === "section" && !drawing.isStrip) ? "zone" : "";
-    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), area, box: [], strip: strip.map((each) => this.toMap(each)) };
+    return { shapes: shapes.map((each) => shiftedShape(this.frame.toMap, each)), places: ends.map((each) => this.toMap(each)), area, box: [], sections: strip.length === 0 ? [] : [this.sectionOnMap({ outline: strip, name: "" })] };
   }
 
   private clicked(place: Coordinate, id: string | null, how: Touching): void {
@@ -273,6 +274,10 @@ export class PlanOnMap {
   private onMap(stall: PlanStall): PlanShape {
     const { id, label, kind, north, east, angle, width, length } = shiftedShape(this.frame.toMap, stall);
     return { id, label, kind, north, east, angle, width, length, confirmed: stall.is_confirmed, named: stall.is_named, chosen: this.editing.selection.has(id) };
+  }
+
+  private sectionOnMap({ outline, name }: { outline: readonly Spot[]; name: string }): Area {
+    return { ring: outline.map((corner) => this.toMap(corner)), name, isSection: true };
   }
 
   private toMap(spot: Spot): Coordinate {

@@ -1,7 +1,7 @@
 import Layer from "ol/layer/Layer.js";
 import type { FrameState } from "ol/Map.js";
 import { FONT_FAMILY } from "../font.ts";
-import type { Fullness } from "../words/section.ts";
+import type { Fullness, Trend } from "../words/section.ts";
 import { type Coordinate, type Sight, toPixel } from "./geometry.ts";
 import { isInside } from "./plan-layer.ts";
 import { path } from "./surface.ts";
@@ -12,7 +12,7 @@ export interface SectionShape {
   id: string;
   name: string;
   words: string;
-  fullness: Fullness;
+  look: Fullness | Trend;
   ring: readonly Coordinate[];
 }
 
@@ -22,13 +22,18 @@ interface Look {
   dash: number[];
 }
 
-/** Colours as those of stalls; words say the same beside the name, and lines differ in width and dashes. */
-const LOOKS: Record<Fullness, Look> = {
+/** Colours as those of stalls, free and taken, also of a change; words say the same beside the name, and lines differ in width and dashes. */
+const LOOKS: Record<Fullness | Trend, Look> = {
   room: { colour: "#70b6ff", width: 3, dash: [] },
   full: { colour: "#ff6a14", width: 3, dash: [] },
   over: { colour: "#ff2d55", width: 6, dash: [] },
   alone: { colour: "#ffffff", width: 3, dash: [] },
   unseen: { colour: "#ffffff", width: 2, dash: [4, 4] },
+  more: { colour: "#ff6a14", width: 3, dash: [] },
+  fewer: { colour: "#70b6ff", width: 3, dash: [] },
+  "surely-more": { colour: "#ff6a14", width: 6, dash: [] },
+  "surely-fewer": { colour: "#70b6ff", width: 6, dash: [] },
+  same: { colour: "#ffffff", width: 3, dash: [] },
 };
 const CASE = "rgba(16,22,28,.85)";
 const FILL = "22";
@@ -74,8 +79,8 @@ export function middleOf(ring: readonly Coordinate[]): Coordinate {
   return [mean(0), mean(1)];
 }
 
-function drawRing(context: CanvasRenderingContext2D, { ring, fullness }: SectionShape, sight: Sight, isChosen: boolean): void {
-  const { colour, width, dash } = LOOKS[fullness];
+function drawRing(context: CanvasRenderingContext2D, { ring, look }: SectionShape, sight: Sight, isChosen: boolean): void {
+  const { colour, width, dash } = LOOKS[look];
   path(context, ring.map((place) => toPixel(sight, place)), true);
   context.fillStyle = `${colour}${isChosen ? CHOSEN_FILL : FILL}`;
   context.fill();

@@ -840,10 +840,13 @@ section-head-between = 9 times in 10
 section-head-room = Room
 section-count = { $parked } ({ $least } to { $most })
 section-differs = differs
+# $after: as section-parked
+section-then = { $before }, then { $after }
 section-may-be-same = may be the same
 plan-import = Import a plan
 plan-import-reads = Reads the file…
 plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
+plan-import-sections = Sections: { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
 plan-import-doubt = It is not certain where the plan lies:
 plan-import-left =
     { $count ->
@@ -852,8 +855,8 @@ plan-import-left =
     }
 plan-import-clashes =
     { $count ->
-        [one] 1 label is refused: a person confirmed it on another stall, or the file has it twice
-       *[other] { $count } labels are refused: a person confirmed them on other stalls, or the file has them twice
+        [one] 1 label or name is refused: another stall or section keeps it, or the file has it twice
+       *[other] { $count } labels or names are refused: other stalls or sections keep them, or the file has them twice
     }
 plan-import-number = Put numbers behind them
 # $shown: number of lines that are listed
@@ -863,8 +866,8 @@ plan-import-which =
        *[other] Which ones, and why
     }
 plan-import-choices = Choices about the file
-plan-import-replace = End stalls that the file has not
-plan-import-rename = Number labels that others keep
+plan-import-replace = End stalls and sections that the file has not
+plan-import-rename = Number labels and names that others keep
 plan-import-layer = Layer
 plan-import-label = Property with the labels
 plan-import-crs = System of coordinates (EPSG:…)
@@ -1736,3 +1739,24 @@ desk-silent-title = No answer from the desk for { $age }
 desk-silent-text = What is shown may be old. The page connects again by itself.
 explore-again-question = Survey the lot again?
 explore-again-meaning = { $distance } over every stall that is known, inside the fence. Hold stops it.
+
+# Lots: all of them on one map and in one table.
+all-lots = All lots
+all-lots-map =
+    { $lots ->
+        [one] Map of 1 lot
+       *[other] Map of { $lots } lots
+    }
+all-lots-whole = Show all lots
+all-lots-search = Search
+all-lots-order = Order
+all-lots-by-name = By name
+all-lots-by-free = Fullest first
+all-lots-by-seen = Longest not seen first
+all-lots-found = { $lots } of { $all } lots
+all-lots-more = Show { $lots } more
+all-lots-stalls = Stalls
+all-lots-surveys = Surveys
+all-lots-seen = Last seen
+all-lots-never = never
+all-lots-free = { $free } free

@@ -831,10 +831,12 @@ section-head-between = 9 fois sur 10
 section-head-room = Place libre
 section-count = { $parked } ({ $least } à { $most })
 section-differs = différent
+section-then = { $before }, puis { $after }
 section-may-be-same = peut-être égal
 plan-import = Importer un plan
 plan-import-reads = Lit le fichier…
 plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
+plan-import-sections = Sections : { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
 plan-import-doubt = L’endroit du plan n’est pas certain :
 plan-import-left =
     { $count ->
@@ -843,8 +845,8 @@ plan-import-left =
     }
 plan-import-clashes =
     { $count ->
-        [one] { $count } libellé refusé : confirmé par une personne sur une autre place, ou deux fois dans le fichier
-       *[other] { $count } libellés refusés : confirmés par une personne sur d’autres places, ou deux fois dans le fichier
+        [one] { $count } libellé ou nom refusé : une autre place ou section le garde, ou deux fois dans le fichier
+       *[other] { $count } libellés ou noms refusés : d’autres places ou sections les gardent, ou deux fois dans le fichier
     }
 plan-import-number = Mettre un numéro derrière
 plan-import-which =
@@ -853,8 +855,8 @@ plan-import-which =
        *[other] Lesquels, et pourquoi
     }
 plan-import-choices = Choix pour ce fichier
-plan-import-replace = Finir les places absentes du fichier
-plan-import-rename = Numéroter les libellés que d’autres gardent
+plan-import-replace = Finir les places et les sections absentes du fichier
+plan-import-rename = Numéroter les libellés et les noms que d’autres gardent
 plan-import-layer = Couche
 plan-import-label = Attribut des libellés
 plan-import-crs = Système de coordonnées (EPSG:…)
@@ -1721,3 +1723,28 @@ desk-silent-title = Pas de réponse du bureau depuis { $age }
 desk-silent-text = Ce qui est montré est peut-être ancien. La page se reconnecte seule.
 explore-again-question = Relever à nouveau le parking ?
 explore-again-meaning = { $distance } au-dessus de chaque place connue, dans la géobarrière. Stationnaire l’arrête.
+
+# Les parkings : tous sur une carte et dans un tableau.
+all-lots = Tous les parkings
+all-lots-map =
+    { $lots ->
+        [one] Carte de { $lots } parking
+       *[other] Carte de { $lots } parkings
+    }
+all-lots-whole = Montrer tous les parkings
+all-lots-search = Chercher
+all-lots-order = Ordre
+all-lots-by-name = Par nom
+all-lots-by-free = Les plus pleins d’abord
+all-lots-by-seen = Les plus anciens d’abord
+all-lots-found = { $lots } parkings sur { $all }
+all-lots-more = { $lots } de plus
+all-lots-stalls = Places
+all-lots-surveys = Relevés
+all-lots-seen = Vu le
+all-lots-never = jamais
+all-lots-free =
+    { $free ->
+        [one] { $free } libre
+       *[other] { $free } libres
+    }

@@ -524,10 +524,12 @@ export interface Messages {
   "section-head-room": Record<string, never>;
   "section-count": { parked: string | number; least: string | number; most: string | number };
   "section-differs": Record<string, never>;
+  "section-then": { before: string | number; after: string | number };
   "section-may-be-same": Record<string, never>;
   "plan-import": Record<string, never>;
   "plan-import-reads": Record<string, never>;
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
+  "plan-import-sections": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-doubt": Record<string, never>;
   "plan-import-left": { count: number };
   "plan-import-clashes": { count: number };
@@ -1133,4 +1135,19 @@ export interface Messages {
   "desk-silent-text": Record<string, never>;
   "explore-again-question": Record<string, never>;
   "explore-again-meaning": { distance: string | number };
+  "all-lots": Record<string, never>;
+  "all-lots-map": { lots: number };
+  "all-lots-whole": Record<string, never>;
+  "all-lots-search": Record<string, never>;
+  "all-lots-order": Record<string, never>;
+  "all-lots-by-name": Record<string, never>;
+  "all-lots-by-free": Record<string, never>;
+  "all-lots-by-seen": Record<string, never>;
+  "all-lots-found": { lots: string | number; all: string | number };
+  "all-lots-more": { lots: string | number };
+  "all-lots-stalls": Record<string, never>;
+  "all-lots-surveys": Record<string, never>;
+  "all-lots-seen": Record<string, never>;
+  "all-lots-never": Record<string, never>;
+  "all-lots-free": { free: string | number };
 }

@@ -307,7 +307,7 @@ export class MapPanel extends Part {
         ${icon("warn")}<span>${text}</span><button @click=${() => this.openChecks()}>${say("show-checks")}</button>
       </div>`;
     }
-    if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat) || view.welcome?.Desk) return nothing;
+    if (!heartbeat || stallCount(view) > 0 || isFlying(heartbeat) || view.welcome?.Desk || this.model.plan.open) return nothing;
     return html`<div class="toast quiet">
       <span><b>${say("no-map-yet")}</b><span class="sub">${say(this.model.flight.fenceSetup === null ? "map-begins" : "map-fills")}</span></span>
     </div>`;

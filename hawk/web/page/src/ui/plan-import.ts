@@ -1,7 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query } from "lit/decorators.js";
 import type { PlanPreview } from "../api.ts";
-import { say } from "../words/say.ts";
+import { say, sentences } from "../words/say.ts";
 import { Part } from "./element.ts";
 import { icon } from "./icons.ts";
 import { drone } from "./quoting.ts";
@@ -31,7 +31,7 @@ export class PlanImportPart extends Part {
     const { preview, problem, busy } = incoming;
     return html`<section class="imported" aria-label=${say("plan-import")}>
       <b>${name}</b>
-      <p role="status">${busy ? say("plan-import-reads") : preview ? say("plan-import-counts", counts(preview)) : ""}</p>
+      <p role="status">${busy ? say("plan-import-reads") : preview ? effectsOf(preview) : ""}</p>
       <div role="alert">${problem === "" ? nothing : html`<p class="problem">${icon("warn")}<span>${drone(problem)}</span></p>`}</div>
       ${preview ? this.refused(preview) : nothing}
       <div class="does">
@@ -101,8 +101,13 @@ export class PlanImportPart extends Part {
   }
 }
 
-function counts({ begin, stay, same, end }: PlanPreview): { begin: number; stay: number; same: number; end: number } {
-  return { begin: begin.length, stay: stay.length, same, end: end.length };
+/** What happens to stalls and to sections; of a file without some of them, to the others alone. */
+function effectsOf({ begin, stay, same, end, sections, same_sections }: PlanPreview): string {
+  const count = (wanted: PlanPreview["sections"][number]["change"]): number => sections.filter(({ change }) => change === wanted).length;
+  const ofSections = { begin: count("begin"), stay: count("stay"), same: same_sections, end: count("end") };
+  const hasSections = sections.length + same_sections > 0;
+  const hasStalls = begin.length + stay.length + same + end.length > 0 || !hasSections;
+  return sentences(hasStalls ? say("plan-import-counts", { begin: begin.length, stay: stay.length, same, end: end.length }) : "", hasSections ? say("plan-import-sections", ofSections) : "");
 }
 
 function typed(name: string, label: string, list = ""): TemplateResult {

@@ -1,11 +1,12 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
-import type { Changed, StateChange, SurveyUse, SurveysUse } from "../api.ts";
+import type { Changed, ListedSection, SectionChange, SeenSections, StateChange, SurveyUse, SurveysUse } from "../api.ts";
 import { icon } from "../ui/icons.ts";
 import { cssVars } from "../ui/css-vars.ts";
 import { swatch } from "../ui/swatch.ts";
 import { whenIdle } from "../ui/when-idle.ts";
 import { language, say } from "../words/say.ts";
+import { changeWords, parkedInAll, parkedWords } from "../words/section.ts";
 import { became, byRow, headline, inOrder, interval, notCompared } from "./compare-words.ts";
 import { dayAndTime } from "./figures.ts";
 import { sectionChanges } from "./sections.ts";
@@ -15,6 +16,9 @@ import type { SurveyOnMap } from "./survey-source.ts";
 import { warning } from "./surveys-view.ts";
 import "./time-bar.ts";
 import { Asked, View } from "./view.ts";
+
+const NO_SECTIONS: readonly ListedSection[] = [];
+const NO_CHANGES: readonly SectionChange[] = [];
 
 type End = "before" | "after";
 const ENDS = ["before", "after"] as const;
@@ -33,6 +37,8 @@ export class CompareView extends View {
   private readonly named = { before: new Asked<SurveysUse | null>(this), after: new Asked<SurveysUse | null>(this) };
   private readonly maps = { before: new Asked<SurveyOnMap | null>(this), after: new Asked<SurveyOnMap | null>(this) };
   private readonly found = new Asked<Changed>(this);
+  /** Where the sections are that both surveys are compared by. */
+  private readonly sections = new Asked<SeenSections>(this);
   /** Both surveys; those before stay until others are there, and the map with its place and zoom. */
   private shown: Record<End, SurveyUse> | null = null;
   private shownLot = "";
@@ -56,6 +62,7 @@ export class CompareView extends View {
     const pair = this.shown;
     if (pair === null) return;
     for (const end of ENDS) this.maps[end].ask(`${lot} ${pair[end].id}`, () => this.source.onMap(pair[end].id));
+    if ((this.found.value?.sections.length ?? 0) > 0) this.sections.ask(`${pair.after.id} ${this.revision}`, () => this.source.sections(pair.after.id));
     this.found.ask(`${pair.before.id} ${pair.after.id} ${this.revision}`, () => this.source.between(pair.before.id, pair.after.id));
   }
 
@@ -95,14 +102,22 @@ export class CompareView extends View {
   }
 
   private shownMap(pair: Record<End, SurveyUse>, clock: string): TemplateResult {
-    const cards = ENDS.map((end): SideCard => ({ title: dayAndTime(pair[end].at, clock), detail: say("compare-free-of", { free: pair[end].free, stalls: pair[end].free + pair[end].taken + pair[end].unknown }) }));
+    const cards = ENDS.map((end): SideCard => ({ title: dayAndTime(pair[end].at, clock), detail: this.counted(pair[end], end) }));
     const { marked, earlier } = this.changedOnMap();
-    const { by, at, stall } = this.place;
+    const { by, at, stall, section } = this.place;
     const { before, after } = this.maps;
     const areHere = [before, after].every(({ value, waiting }) => value !== null || !waiting); // both are drawn at once
     return html`<hawk-survey-map .source=${areHere ? before.value : null} .later=${areHere ? after.value : null} .cards=${cards} .by=${by || "swipe"} .at=${at === "" ? 0.5 : Number(at)} .marked=${marked} .earlier=${earlier} .chosen=${stall}
-      .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail })}
+      .sections=${this.sections.value?.sections ?? NO_SECTIONS} .changes=${this.found.value?.sections ?? NO_CHANGES} .section=${section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })}
+      .theme=${document.documentElement.dataset.theme ?? ""} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail, section: "" })}
       @by=${(event: CustomEvent<By>) => this.go({ by: event.detail })} @at=${(event: CustomEvent<number>) => this.go({ at: String(event.detail).replace(/^0(?=\.)/, "") })}></hawk-survey-map>`;
+  }
+
+  /** Free stalls of a survey; the vehicles of the sections where the lot has no stalls. */
+  private counted({ free, taken, unknown }: SurveyUse, end: End): string {
+    const stalls = free + taken + unknown;
+    const parked = stalls > 0 ? null : parkedInAll((this.found.value?.sections ?? []).map((each) => each[end] && { parked: each[end].parked, capacity: each.capacity }));
+    return parked === null ? say("compare-free-of", { free, stalls }) : parkedWords(parked);
   }
 
   /** Stalls that are framed, and those with another id before: the same values while the same changes are shown. */
@@ -138,7 +153,10 @@ export class CompareView extends View {
   }
 
   private summary(found: Changed, level: number): TemplateResult {
-    const { free, compared } = found;
+    const { free, compared, sections } = found;
+    const ofSections = sectionChanges(sections, this.place.section, (section) => this.go({ section, stall: "" }));
+    const hasStalls = compared + found.unknown + found.begin.length + found.gone.length > 0;
+    if (!hasStalls && sections.length > 0) return html`<p class="large"><b>${totalWords(sections)}</b></p>${ofSections}`;
     const stalls = this.labelled(found.stalls);
     let left = this.listsAll ? stalls.length : FIRST_LISTED;
     const row = (name: string, all: readonly StateChange[]): TemplateResult => {
@@ -150,7 +168,7 @@ export class CompareView extends View {
     return html`<p class="large"><b>${headline(free)}</b> ${free.value === null ? nothing : say("compare-of", { stalls: compared })}</p>
       <p>${[interval(free, level), became(stalls)].filter((each) => each !== "").join(" ")}</p>
       ${notCompared(found).map((words) => html`<p class="sub">${words}</p>`)}
-      ${sectionChanges(found.sections)}
+      ${ofSections}
       ${stalls.length === 0 ? html`<p>${say("compare-nothing")}</p>` : byRow(stalls).map(([name, all]) => row(name, all))}`;
   }
 
@@ -182,4 +200,13 @@ export class CompareView extends View {
       this.go({ before: pair.before.id, after: pair.after.id });
     }
   }
+}
+
+/** Vehicles of all sections that both surveys saw: "9, then 12 of 20 parked". */
+function totalWords(sections: readonly SectionChange[]): string {
+  const both = sections.filter(({ before, after }) => before !== null && after !== null);
+  const [before, after] = ENDS.map((end) => parkedInAll(both.map((each) => each[end] && { parked: each[end].parked, capacity: each.capacity })));
+  if (!before || !after) return say("compare-none-seen");
+  const counts = ({ parked }: { parked: number }): SectionChange["before"] => ({ parked, least: parked, most: parked });
+  return changeWords({ id: "", name: "", capacity: after.capacity, before: counts(before), after: counts(after), is_changed: null });
 }

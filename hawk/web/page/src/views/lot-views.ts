@@ -12,7 +12,7 @@ import { wordsOf } from "./view.ts";
 /** What the views show: the person's lots, or the lot of a link. */
 export interface LotAccess {
   /** Null until they are read. */
-  lots: readonly Pick<ListedLot, "id" | "time_zone">[] | null;
+  lots: readonly ListedLot[] | null;
   /** Why they could not be read. */
   unlisted: string;
   /** Token of a shared link; null with a login. */
@@ -29,8 +29,8 @@ interface Notice {
   name?: string;
 }
 
-const PARTS = ["", "stalls", "links"] as const;
-const NAMES = { "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
+const PARTS = ["all", "", "stalls", "links"] as const;
+const NAMES = { all: "all-lots", "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
 
 /** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. Each is there with its part of the page. */
 @customElement("hawk-views")
@@ -78,7 +78,8 @@ export class LotViews extends LitElement {
   }
 
   private parts(place: Place): TemplateResult {
-    const parts = PARTS.filter((part) => part !== "links" || this.access.token === null);
+    const isAlone = (this.access.lots?.length ?? 0) < 2;
+    const parts = PARTS.filter((part) => (part !== "links" || this.access.token === null) && (part !== "all" || !isAlone));
     return html`<nav aria-label=${say("archive-view-parts")}>${parts.map(
       (part) => html`<button aria-current=${part === place.show ? "page" : "false"} @click=${() => this.route.go({ show: part })}>${say(NAMES[part])}</button>`,
     )}</nav>`;
@@ -90,6 +91,7 @@ export class LotViews extends LitElement {
     const isShared = token !== null;
     if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots?.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
     if (!isShared && place.lot === "") return this.withoutLot();
+    if (!isShared && place.view === "lots" && place.show === "all") return html`<archive-all-lots .lots=${this.access.lots ?? []} .spoken=${this.spoken} .theme=${document.documentElement.dataset.theme ?? ""}></archive-all-lots>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
     if (place.show === "document") return html`<archive-document .source=${source} .place=${place} .revision=${revision}></archive-document>`;

@@ -39,13 +39,15 @@ export class StallsView extends View {
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     const [heat, shown] = [this.heat.value, this.shown.value];
     if (heat === null) return html`<p>${say("archive-asking")}</p>`;
-    if (heat.ids.length === 0 || heat.surveys_in_period === 0) return html`<p>${say("archive-none-counts")}</p>`;
+    if (heat.ids.length === 0 && (this.listed.waiting || this.sections.waiting)) return html`<p>${say("archive-asking")}</p>`;
+    const sections = this.sections.value?.sections ?? NO_SECTIONS;
+    if (heat.surveys_in_period === 0 || (heat.ids.length === 0 && sections.length === 0)) return html`<p>${say("archive-none-counts")}</p>`;
     return html`<div class="lot stalls">
-      ${shown === null ? nothing : html`<hawk-survey-map .source=${this.coloured(shown, heat)} .chosen=${this.place.stall} .known=${this.known(heat)} .legend=${legend()} .label=${say("archive-heat")} .theme=${document.documentElement.dataset.theme ?? ""}
-        .sections=${this.sections.value?.sections ?? NO_SECTIONS} .section=${this.place.section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })}
+      ${shown === null ? nothing : html`<hawk-survey-map .source=${this.coloured(shown, heat)} .chosen=${this.place.stall} .known=${this.known(heat)} .legend=${heat.ids.length === 0 ? html`` : legend()} .label=${say("archive-heat")} .theme=${document.documentElement.dataset.theme ?? ""}
+        .sections=${sections} .section=${this.place.section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })}
         @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail, section: "" })}></hawk-survey-map>`}
-      <section class="card about" aria-label=${say("archive-stalls")}><p>${say("archive-heat-note", { surveys: heat.surveys_in_period })}</p>
-        ${this.place.stall === "" ? nothing : this.one(heat)} ${sectionsTable(this.sections.value?.sections ?? NO_SECTIONS, this.place.section, (section) => this.go({ section, stall: "" }))} ${this.list(heat)}</section></div>`;
+      <section class="card about" aria-label=${say("archive-stalls")}>${heat.ids.length === 0 ? nothing : html`<p>${say("archive-heat-note", { surveys: heat.surveys_in_period })}</p>`}
+        ${this.place.stall === "" ? nothing : this.one(heat)} ${sectionsTable(sections, this.place.section, (section) => this.go({ section, stall: "" }))} ${heat.ids.length === 0 ? nothing : this.list(heat)}</section></div>`;
   }
 
   private list(heat: StallsUse): TemplateResult {

@@ -8,7 +8,7 @@ import { cssVars } from "../ui/css-vars.ts";
 import { icon, type IconName } from "../ui/icons.ts";
 import { swatch } from "../ui/swatch.ts";
 import * as format from "../words/format.ts";
-import type { ListedSection } from "../api.ts";
+import type { ListedSection, SectionChange } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
 import { middleOf, type SectionShape } from "../map/sections-layer.ts";
 import type { Point } from "../protocol.ts";
@@ -63,6 +63,8 @@ export class SurveyMap extends LitElement {
   /** Sections with what the survey counted in them, and the id of the one that was chosen. */
   @property({ attribute: false }) sections: readonly ListedSection[] = [];
   @property() section = "";
+  /** How the sections changed between two surveys; null: what one survey counted is shown. */
+  @property({ attribute: false }) changes: readonly SectionChange[] | null = null;
   /** What lies over the survey: the drone, say. */
   @property({ attribute: false }) scene: Scene = EMPTY_SCENE;
   /** What is shown first, and is the whole; null: all stalls. */
@@ -82,6 +84,7 @@ export class SurveyMap extends LitElement {
   private plan: PlanOnMap | null = null;
   private shapes: readonly SectionShape[] = [];
   private drawnSections: readonly ListedSection[] = [];
+  private drawnChanges: readonly SectionChange[] | null = null;
   private drawnPlane: LocalPlane | undefined;
   private spoken = "";
   /** The section that was brought into view last. */
@@ -126,7 +129,7 @@ export class SurveyMap extends LitElement {
       </div>
       <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span>${this.isPlanning ? nothing : this.legend ?? (["free", "taken", "unknown"] as const).map((each) => html`${swatch(each)}<span>${say(each)}</span>`)}</div>
       ${shown.some((stall) => stall !== undefined) ? this.card(shown) : nothing}
-      ${this.chosenSection ? sectionCard(this.chosenSection, () => this.chooseSection("")) : nothing}
+      ${this.chosenSection ? sectionCard(this.chosenSection, this.changes?.find(({ id }) => id === this.section), () => this.chooseSection("")) : nothing}
     </section>`;
   }
 
@@ -146,7 +149,7 @@ export class SurveyMap extends LitElement {
   }
 
   private get chosenSection(): ListedSection | undefined {
-    return this.isPlanning ? undefined : this.sections.find(({ id }) => id === this.section);
+    return this.isPlanning ? undefined : this.sections.find(({ id }) => id === this.section && (this.changes?.some((each) => each.id === id) ?? true));
   }
 
   private cardWords(index: number): string {
@@ -192,11 +195,11 @@ export class SurveyMap extends LitElement {
   private showSections(): boolean {
     const plane = this.source?.plane;
     const before = this.shapes.length;
-    if (this.sections !== this.drawnSections || plane !== this.drawnPlane || language() !== this.spoken) {
-      Object.assign(this, { drawnSections: this.sections, drawnPlane: plane, spoken: language() });
-      this.shapes = plane ? shapesOf(this.sections, plane) : [];
+    if (this.sections !== this.drawnSections || this.changes !== this.drawnChanges || plane !== this.drawnPlane || language() !== this.spoken) {
+      Object.assign(this, { drawnSections: this.sections, drawnChanges: this.changes, drawnPlane: plane, spoken: language() });
+      this.shapes = plane ? shapesOf(this.sections, plane, this.changes) : [];
     }
-    this.panes[0]?.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
+    for (const pane of this.panes) pane.sections.show(this.isPlanning ? NONE : this.shapes, this.section);
     return before === 0 && this.shapes.length > 0;
   }
 

@@ -12,6 +12,7 @@ import { moment, share } from "./figures.ts";
 import { type Period, recordingsOf } from "./link.ts";
 import "./changes-list.ts";
 import { sectionsTable } from "./sections.ts";
+import { parkedInAll, parkedWords } from "../words/section.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import "./time-bar.ts";
@@ -138,14 +139,15 @@ export class SurveysView extends View {
     const sections = this.sections.value?.survey === row.id ? this.sections.value.sections : NO_SECTIONS;
     const counts = say("archive-counts", { free: row.free, taken: row.taken, unknown: row.unknown });
     const stalls = row.free + row.taken + row.unknown;
+    const parked = stalls > 0 ? null : parkedInAll(sections.map(({ look }) => look)); // a lot of sections alone
     const title = say("archive-survey-of", { when: moment(row.at, this.about.value?.clock) });
-    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${counts} .theme=${document.documentElement.dataset.theme ?? ""} .operator=${this.operator} .isPlanning=${this.isPlanning} .sections=${sections} .section=${this.place.section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail, section: "" })}></hawk-survey-map>
+    return html`<hawk-survey-map .source=${value} .chosen=${this.place.stall} .label=${parked ? parkedWords(parked) : counts} .theme=${document.documentElement.dataset.theme ?? ""} .operator=${this.operator} .isPlanning=${this.isPlanning} .sections=${sections} .section=${this.place.section} @section=${(event: CustomEvent<string>) => this.go({ section: event.detail, stall: "" })} @stall=${(event: CustomEvent<string>) => this.go({ stall: event.detail, section: "" })}></hawk-survey-map>
       ${this.isPlanning ? html`<hawk-plan .model=${this.operator} placed="survey"></hawk-plan>` : html`<section class="card about" aria-label=${title}>
         ${this.isGone(row) ? html`<p role="alert">${say("survey-gone")}</p>` : nothing}
         <h2>${title}</h2>
-        <p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls })}</p>
+        ${parked ? html`<p class="large"><b>${parkedWords(parked)}</b></p>` : html`<p class="large"><b>${number(row.free)}</b> ${say("archive-free-of", { stalls })}</p>`}
         ${row.found === stalls ? nothing : html`<p class="sub">${say("survey-found", { found: row.found, stalls })}</p>`}
-        <p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>
+        ${parked ? nothing : html`<p>${counts} · ${say("archive-occupancy")} ${share(row.occupancy)}</p>`}
         ${warning(row)} ${problem === "" ? nothing : html`<p role="alert">${problem}</p>`}
         ${value === null ? nothing : rows(value)} ${sectionsTable(sections, this.place.section, (section) => this.go({ section, stall: "" }))}
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}

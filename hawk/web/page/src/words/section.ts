@@ -1,4 +1,4 @@
-import type { ListedSection, PlanSection, SectionLook } from "../api.ts";
+import type { ListedSection, PlanSection, SectionChange, SectionLook } from "../api.ts";
 import { number, say } from "./say.ts";
 
 export const SECTION_KINDS: readonly PlanSection["kind"][] = ["parallel", "across", ""];
@@ -6,14 +6,42 @@ export const SECTION_KINDS: readonly PlanSection["kind"][] = ["parallel", "acros
 /** How full a section is: "alone" where nobody knows its places. */
 export type Fullness = "room" | "full" | "over" | "alone" | "unseen";
 
-export function fullness(look: SectionLook | null): Fullness {
+/** How the vehicles of a section changed; "surely" where the intervals of both surveys do not meet. */
+export type Trend = "more" | "fewer" | "surely-more" | "surely-fewer" | "same" | "unseen";
+
+/** Vehicles and places, of one section or of several. */
+export type Parked = Pick<SectionLook, "parked" | "capacity">;
+
+export function trend({ before, after, is_changed: isSure }: SectionChange): Trend {
+  if (before === null || after === null) return "unseen";
+  if (before.parked === after.parked) return "same";
+  const found = after.parked > before.parked ? "more" : "fewer";
+  return isSure === true ? `surely-${found}` : found;
+}
+
+/** "3, then 6 of 8 parked". */
+export function changeWords({ before, after, capacity }: SectionChange): string {
+  if (before === null || after === null) return say("section-unseen");
+  return say("section-then", { before: before.parked, after: parkedWords({ parked: after.parked, capacity }) });
+}
+
+/** All sections that were seen, together; null without one, and without places where one has none. */
+export function parkedInAll(seen: readonly (Parked | null)[]): Parked | null {
+  const found = seen.filter((each) => each !== null);
+  if (found.length === 0) return null;
+  const places = found.map(({ capacity }) => capacity).filter((each) => each !== null);
+  const sum = (all: readonly number[]): number => all.reduce((total, each) => total + each, 0);
+  return { parked: sum(found.map(({ parked }) => parked)), capacity: places.length < found.length ? null : sum(places) };
+}
+
+export function fullness(look: Parked | null): Fullness {
   if (look === null) return "unseen";
   if (look.capacity === null) return "alone";
   return look.parked > look.capacity ? "over" : look.parked === look.capacity ? "full" : "room";
 }
 
 /** "3 of 8 parked", "12 of 10 parked, over-full", "3 vehicles", "not seen". */
-export function parkedWords(look: SectionLook | null): string {
+export function parkedWords(look: Parked | null): string {
   const full = fullness(look);
   if (look === null) return say("section-unseen");
   if (look.capacity === null) return say("section-vehicles", { parked: look.parked });

@@ -1,0 +1,109 @@
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
+import { customElement, property, query, state } from "lit/decorators.js";
+import type { ListedLot } from "../api.ts";
+import { LocalPlane } from "../fence/plane.ts";
+import { scaleBar } from "../map/geometry.ts";
+import { LotsMap } from "../map/lots-map.ts";
+import type { Place } from "../route/place.ts";
+import { icon } from "../ui/icons.ts";
+import { timeOnClock } from "../words/clock.ts";
+import * as format from "../words/format.ts";
+import { number, say } from "../words/say.ts";
+import { type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
+
+const ZOOM = 1.6;
+const LONGEST_BAR_PX = 120;
+/** Number of lots that are listed first: a person searches among more. */
+const FIRST = 100;
+const ORDERS: readonly LotOrder[] = ["name", "free", "seen"];
+
+/** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
+@customElement("archive-all-lots")
+export class AllLotsView extends LitElement {
+  @property({ attribute: false }) lots: readonly ListedLot[] = [];
+  /** Redraws the view in another language. */
+  @property() spoken = "";
+  /** Another one where the theme is another one. */
+  @property() theme = "";
+  @state() private wanted = "";
+  @state() private order: LotOrder = "name";
+  @state() private most = FIRST;
+  /** Length of the scale in words. */
+  @state() private metres = "";
+  @query(".ol") private holder!: HTMLElement | null;
+  private map: LotsMap | null = null;
+
+  protected override createRenderRoot(): HTMLElement {
+    return this;
+  }
+
+  override disconnectedCallback(): void {
+    this.map?.dispose();
+    this.map = null;
+    super.disconnectedCallback();
+  }
+
+  override render(): TemplateResult {
+    const found = lotsFound(this.lots, this.wanted, this.order);
+    const listed = found.slice(0, this.most);
+    return html`<section class="map lots" aria-label=${say("map")}>
+        <div class="ol" tabindex="0" role="application" aria-label=${say("all-lots-map", { lots: found.length })}></div>
+        <div class="tools"><div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
+          <div class="group">${this.tool(say("all-lots-whole"), "whole", () => this.map?.showAll())}</div></div>
+        <div class="mapfoot"><span class="scale"></span><span>${this.metres}</span></div>
+      </section>
+      <div class="card">
+        <div class="fields">
+          <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
+          <label>${say("all-lots-order")}<select @change=${(event: Event) => (this.order = (event.target as HTMLSelectElement).value as LotOrder)}>${ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
+          <span class="sub" role="status">${say("all-lots-found", { lots: found.length, all: this.lots.length })}</span>
+        </div>
+        ${listed.length === 0 ? nothing : this.table(listed)}
+        ${found.length > listed.length ? html`<button @click=${() => (this.most += FIRST)}>${say("all-lots-more", { lots: Math.min(FIRST, found.length - listed.length) })}</button>` : nothing}
+      </div>`;
+  }
+
+  override updated(changed: PropertyValues<this>): void {
+    if (this.holder === null) return;
+    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.moved());
+    if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour(this.holder);
+    const found = lotsFound(this.lots, this.wanted, "name");
+    const [first] = this.lots.flatMap(({ last_survey: last }) => (last ? [last.datum] : []));
+    if (!first) return;
+    const [Latitude, Longitude] = first;
+    const words = (lot: ListedLot): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
+    this.map.show(marksOf(found, new LocalPlane({ Latitude, Longitude }), words));
+    this.moved();
+  }
+
+  private tool(label: string, name: "plus" | "minus" | "whole", run: () => void): TemplateResult {
+    return html`<button aria-label=${label} title=${label} @click=${run}>${icon(name)}</button>`;
+  }
+
+  private table(lots: readonly ListedLot[]): TemplateResult {
+    const heads = ["archive-lot", "archive-free", "archive-taken", "archive-unknown", "all-lots-stalls", "all-lots-surveys", "all-lots-seen"] as const;
+    const cell = (column: (typeof heads)[number], value: string): TemplateResult => html`<td data-column=${say(column)}>${value}</td>`;
+    return html`<div class="wide" tabindex="0" role="region" aria-label=${say("all-lots")}><table class="cards">
+      <thead><tr>${heads.map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
+      <tbody>${lots.map((lot) => {
+        const { last_survey: last } = lot;
+        const seen = last === null ? say("all-lots-never") : timeOnClock(last.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" });
+        return html`<tr><th scope="row"><button class="plain link" @click=${() => this.open(lot.id)}>${lot.name}</button></th>
+          ${cell("archive-free", last ? number(last.free) : "–")}${cell("archive-taken", last ? number(last.taken) : "–")}${cell("archive-unknown", last ? number(last.unknown) : "–")}
+          ${cell("all-lots-stalls", number(lot.stalls))}${cell("all-lots-surveys", number(lot.survey_count))}${cell("all-lots-seen", seen)}</tr>`;
+      })}</tbody>
+    </table></div>`;
+  }
+
+  private moved(): void {
+    const { length, pixels } = scaleBar(this.map?.resolution ?? 1, LONGEST_BAR_PX);
+    this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
+    this.metres = format.distance(length, "metres");
+  }
+
+  /** Opens the newest survey of a lot. */
+  private open(lot: string): void {
+    const detail: Partial<Place> = { lot, survey: "", stall: "", section: "", show: "" };
+    this.dispatchEvent(new CustomEvent("archive-go", { detail, bubbles: true }));
+  }
+}

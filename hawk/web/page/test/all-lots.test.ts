@@ -1,0 +1,46 @@
+import assert from "node:assert/strict";
+import { describe, it } from "node:test";
+import type { ListedLot, Survey } from "../src/api.ts";
+import { LocalPlane } from "../src/fence/plane.ts";
+import { lotsFound, marksOf, takenShare } from "../src/views/all-lots.ts";
+
+function lot(name: string, last: Partial<Survey> | null): ListedLot {
+  const seen = { free: 0, taken: 0, ended: "2026-05-04T10:00:00Z", datum: [52, 5], ...last } as Survey;
+  return { id: name, name, time_zone: "UTC", stalls: 40, survey_count: 1, last_survey: last === null ? null : seen };
+}
+
+const LOTS = [
+  lot("Lot 10", { free: 30, taken: 10, ended: "2026-05-06T10:00:00Z" }),
+  lot("Étoile North", { free: 1, taken: 9, ended: "2026-05-05T10:00:00Z", datum: [52.01, 5] }),
+  lot("Lot 2", { free: 5, taken: 5 }),
+  lot("New", null),
+];
+const names = (lots: readonly ListedLot[]): string[] => lots.map(({ name }) => name);
+
+describe("all lots", () => {
+  it("are found by words of their names, without accents and in any order", () => {
+    assert.deepEqual(names(lotsFound(LOTS, "north  ETOILE", "name")), ["Étoile North"]);
+    assert.deepEqual(names(lotsFound(LOTS, "lot", "name")), ["Lot 2", "Lot 10"]);
+    assert.deepEqual(lotsFound(LOTS, "south", "name"), []);
+  });
+
+  it("stand by name, the fullest first, or the longest not seen first", () => {
+    assert.deepEqual(names(lotsFound(LOTS, "", "name")), ["Étoile North", "Lot 2", "Lot 10", "New"]);
+    assert.deepEqual(names(lotsFound(LOTS, "", "free")), ["Étoile North", "Lot 2", "Lot 10", "New"]);
+    assert.deepEqual(names(lotsFound(LOTS, "", "seen")), ["New", "Lot 2", "Étoile North", "Lot 10"]);
+    assert.deepEqual(names(LOTS), ["Lot 10", "Étoile North", "Lot 2", "New"], "the list that was given stays as it is");
+  });
+
+  it("are as full as the stalls with a known state say", () => {
+    assert.deepEqual(LOTS.map(takenShare), [0.25, 0.9, 0.5, null]);
+    assert.equal(takenShare(lot("unclear", { free: 0, taken: 0, unknown: 12 })), null);
+  });
+
+  it("lie on the map where their newest surveys do; one that nobody flew over lies nowhere", () => {
+    const marks = marksOf(LOTS, new LocalPlane({ Latitude: 52, Longitude: 5 }), ({ stalls }) => `${stalls}`);
+    assert.deepEqual(marks.map(({ id }) => id), ["Lot 10", "Étoile North", "Lot 2"]);
+    const [, north] = marks[1]?.place ?? [0, 0];
+    assert.ok(Math.abs(north - 1112.6) < 1, `${north}`);
+    assert.deepEqual([marks[0]?.taken, marks[0]?.words], [0.25, "40"]);
+  });
+});

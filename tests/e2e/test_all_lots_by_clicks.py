@@ -1,0 +1,79 @@
+"""A store of several lots: all on one map and in one table, found by their names, opened by a click."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from playwright.async_api import Browser, expect
+
+from hawk.lots.ingest import save
+from hawk.lots.schema import LOT
+from hawk.lots.storage.database import Database
+from hawk.lots.store import FILE
+from hawk.model.poses import GlobalPose
+from tests.e2e.desk import desk_of
+from tests.e2e.hands import new_page, press, shows
+from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
+from tests.e2e.watching import watch
+from tests.unit.lots.surveys import box, survey
+
+pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
+
+NAMES = ("Étoile", "North Street", "Ward's Yard")
+PIXELS = """() => {
+  const { map, layer } = document.querySelector('archive-all-lots').map;
+  return Object.fromEntries(layer.marks.map(({ name, place }) => [name, map.getPixelFromCoordinate(place)]));
+}"""
+"""Place of each lot on its map."""
+
+
+def store_of_lots(path: Path) -> None:
+    """Write a store of lots 1 km apart, each with one survey of 40 stalls."""
+    store = Database(path)
+    for number, name in enumerate(NAMES):
+        datum = GlobalPose(52.0 + 0.01 * number, 5.0 + 0.003 * number, 0.0)
+        flown = replace(
+            survey(f"{number:06d}-20260504T103000Z", seed=number),
+            datum=datum, title=name, outline=box(-14, -3, 18, 54, datum), seen_ground=box(-22, -15, 36, 78, datum),
+        )  # fmt: skip
+        with store.writing() as connection:
+            assert save(connection, flown, None).lot
+    with store.writing() as connection:
+        assert len(connection.execute(LOT.select()).all()) == len(NAMES)
+    store.close()
+
+
+@pytest.mark.parametrize("size", [{"width": 1440, "height": 900}, {"width": 390, "height": 844}], ids=["desk", "phone"])
+async def test_a_lot_is_found_among_all_and_opened(
+    browser: Browser, tmp_path: Path, screenshots: Path, size: dict[str, int]
+) -> None:
+    store_of_lots(tmp_path / FILE)
+    async with desk_of(tmp_path) as address:
+        page = await new_page(browser, locale="en", viewport=size)
+        await page.add_init_script(path=AXE)
+        errors = watch(page)
+        await page.goto(f"{address}#/lots")
+        await press(page, "All lots")
+        await shows(page, "3 of 3 lots")
+        rows = page.locator("archive-all-lots tbody th")
+        await expect(rows).to_have_text(list(NAMES))
+        await expect(page.locator("archive-all-lots .mapfoot")).to_contain_text("m")  # the scale
+        await page.screenshot(path=screenshots / f"all-lots-{size['width']}.png")
+        assert await page.evaluate(RUN_AXE) == []
+        assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+        await page.get_by_label("Search").fill("etoile")
+        await expect(rows).to_have_text(["Étoile"])
+        await page.get_by_label("Search").fill("")
+        await page.get_by_label("Order").select_option("free")
+        await expect(rows).to_have_count(3)
+        box_of_map = await page.locator("archive-all-lots .ol").bounding_box()
+        assert box_of_map is not None
+        x, y = (await page.evaluate(PIXELS))["North Street"]
+        await page.mouse.click(box_of_map["x"] + x, box_of_map["y"] + y)
+        await expect(page.locator("hawk-top .lot option:checked")).to_have_text("North Street")
+        await expect(page).to_have_url(re.compile("#/lots/[0-9a-f-]{36}"))
+        await shows(page, "of 40 stalls")
+        assert not errors
