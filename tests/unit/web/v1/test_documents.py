@@ -208,6 +208,16 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
     assert "HTTPS" in problem["detail"]
 
 
+async def test_a_stranger_and_another_origin_send_no_document(centre: Centre) -> None:
+    first, _ = centre.documents()
+    data = survey_document.packed(first)
+    status, problem = await centre.put(data, first.survey.id, Origin="https://elsewhere.example")
+    assert (status, problem["detail"].split(":")[0]) == (403, "Origin")
+    url = centre.url(f"/api/v1/surveys/{first.survey.id}/document")
+    async with aiohttp.ClientSession() as stranger, stranger.put(url, data=data) as answer:
+        assert answer.status == 401
+
+
 async def test_a_program_that_does_not_collect_takes_no_document(tmp_path: Path, rig: Rig) -> None:
     rig.folder, rig.lots = tmp_path, LotStore(tmp_path / "lots.db")
     stand = Stand(rig, tmp_path)
