@@ -67,12 +67,13 @@ def collect(
     Raises OtherDroneError, ErasedError, and LotStoreError for a survey or lot that is damaged here.
     """
     _check_not_erased(connection, document)
-    row = _check_writer(connection, document, writer)
+    finished = _finished(document, writer)
+    row = _check_writer(connection, finished, document.survey.id, writer)
     current = [_collect_lot(connection, each, writer) for each in _outer_first(document.lots)]
     state, digest = document.survey.state, digest_of(document.model_copy(update={"lots": (), "mosaic": ()}))
     known = None if row is None else _document_row(connection, int(row["seq"]))
     if known is None or (known["state"], known["digest"]) < (state, digest):
-        seq = _collect_survey(connection, document, row, known, register)
+        seq = _collect_survey(connection, document, finished, row, register)
         order = {"writer": writer, "state": state, "digest": digest}
         connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == seq).values(**order))
     else:
@@ -97,11 +98,9 @@ def _check_not_erased(connection: Connection, document: SurveyDocument) -> None:
             raise ErasedError(f"{field}: it was erased here, and does not come back: erase it on the drone, too")
 
 
-def _check_writer(connection: Connection, document: SurveyDocument, writer: str) -> RowMapping | None:
-    """Return the survey as it is here, None for a new one. Raises OtherDroneError."""
-    survey = document.survey
-    origin = _finished(document).origin
-    asked = select(SURVEY).where((SURVEY.c.id == survey.id) | (SURVEY.c.origin == origin))
+def _check_writer(connection: Connection, finished: FinishedSurvey, named: str, writer: str) -> RowMapping | None:
+    """Return the survey with the id ``named`` as it is here, None for a new one. Raises OtherDroneError."""
+    asked = select(SURVEY).where((SURVEY.c.id == named) | (SURVEY.c.origin == finished.origin))
     rows = connection.execute(asked).mappings().all()
     if not rows:
         return None
@@ -109,7 +108,7 @@ def _check_writer(connection: Connection, document: SurveyDocument, writer: str)
         known = _document_row(connection, int(row["seq"]))
         if known is None or known["writer"] != writer:
             raise OtherDroneError("survey.id: this survey is another's: a drone sends its own surveys alone")
-        if row["id"] != survey.id or row["origin"] != origin:
+        if row["id"] != named or row["origin"] != finished.origin:
             words = "this flight was sent as another survey: send each with the id that it has"
             raise OtherDroneError(f"survey.id: {words}")
     check_whole(connection, "survey", rows[0]["seq"], "survey")
@@ -162,15 +161,15 @@ def _collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     return is_current
 
 
-def _finished(document: SurveyDocument) -> FinishedSurvey:
-    """Return the survey as those that land here are."""
+def _finished(document: SurveyDocument, writer: str) -> FinishedSurvey:
+    """Return the survey as those that land here are, but for its name: two drones may begin a journal in one second."""
     survey = document.survey
     pictures = None
     if survey.kind is SurveyKind.PICTURE:
         pictures = PictureSource(SourceKind(survey.source), survey.source_name, survey.limits)
     seen = Ground() if survey.seen_ground is None else survey.seen_ground
     return FinishedSurvey(
-        name=survey.name,
+        name=f"{writer}: {survey.name}",
         datum=GlobalPose(survey.latitude, survey.longitude, 0.0),
         began=survey.began,
         ended=survey.ended,
@@ -186,12 +185,12 @@ def _finished(document: SurveyDocument) -> FinishedSurvey:
 
 
 def _collect_survey(
-    connection: Connection, document: SurveyDocument, row: RowMapping | None, known: RowMapping | None,
+    connection: Connection, document: SurveyDocument, finished: FinishedSurvey, row: RowMapping | None,
     register: Register | None,
 ) -> int:  # fmt: skip
     """Write a survey with its looks, and return its number. The place that a person here has said stays."""
     into = _merged_here(connection, document.survey.lot)
-    values, place = _columns(document), _place(document, into)
+    values, place = _columns(finished, document), _place(document, into)
     if row is None:
         named = {"id": document.survey.id, "landing": document.survey.landing}
         inserted = connection.execute(insert(SURVEY).values(**{**values, **place, **named}))
@@ -200,6 +199,7 @@ def _collect_survey(
         connection.execute(insert(DOCUMENT).values(survey=seq, **blank))
     else:
         seq = int(row["seq"])
+        known = _document_row(connection, seq)
         is_as_sent = known is not None and _place_text(row) == known["place"]
         connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values | (place if is_as_sent else {})))
         if not is_as_sent:
@@ -210,7 +210,7 @@ def _collect_survey(
     if into is None:
         loose = _collect_looks(connection, seq, document)
     elif register is not None:
-        register_survey(connection, into, seq, _finished(document), register, None)
+        register_survey(connection, into, seq, finished, register, None)
     keep_looks(connection, [seq])
     there = connection.execute(select(SURVEY).where(SURVEY.c.seq == seq)).mappings().one()
     kept = {"place": _place_text(there), "loose": plan_rows.loose_text(loose)}
@@ -218,10 +218,10 @@ def _collect_survey(
     return seq
 
 
-def _columns(document: SurveyDocument) -> dict[str, Any]:
+def _columns(finished: FinishedSurvey, document: SurveyDocument) -> dict[str, Any]:
     """Return the columns of a survey that say nothing of its place."""
     survey = document.survey
-    found = survey_columns(_finished(document), None, survey.placed, (), is_sure=survey.time_is_sure)
+    found = survey_columns(finished, None, survey.placed, (), is_sure=survey.time_is_sure)
     return {name: value for name, value in found.items() if name not in _PLACE}
 
 

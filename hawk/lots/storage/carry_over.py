@@ -1,6 +1,7 @@
 """Knowledge that a restore carries over from the store that was there: links that were taken back, and what was erased.
 
 A backup knows nothing of what was done after it. A link opens after a restore only where the store before had it open.
+Every survey and lot of the backup gets a new state: a desk that has later ones follows the restored store.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Final
 
 from hawk.lots.schema import VERSION
+from hawk.lots.storage import states
 from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import check, read_only
 from hawk.lots.storage.digests import Part, seal
@@ -31,12 +33,14 @@ class Former:
     """The store before a restore.
 
     ``is_whole``: it can be read, and nothing in it is damaged. ``open_until``: id of each link that was not taken back
-    -> its end, Unix seconds. ``erased``: as of `hawk.lots.storage.erasure.erased_id`.
+    -> its end, Unix seconds. ``erased``: as of `hawk.lots.storage.erasure.erased_id`. ``last_state``: greatest number
+    that a survey, a lot or a message had.
     """
 
     is_whole: bool = False
     open_until: Mapping[str, float] = field(default_factory=dict, repr=False)
     erased: frozenset[str] = frozenset()
+    last_state: int = 0
 
 
 def former_of(path: Path) -> Former:
@@ -51,7 +55,8 @@ def former_of(path: Path) -> Former:
         store.execute("BEGIN")
         damaged = damaged_parts(store)
         erased = frozenset(all_erased(store))
-    return Former(not damaged, _links_of(path, damaged), erased)
+        last_state = states.last(store)
+    return Former(not damaged, _links_of(path, damaged), erased, last_state)
 
 
 def _links_of(path: Path, damaged: tuple[Part, ...]) -> dict[str, float]:
@@ -88,6 +93,7 @@ def carry_over(prepared: Path, former: Former, now: float) -> tuple[str, ...]:
         note_erased(store, former.erased)
         gone = erase_again(store)
         links = _take_back(store, former, now)
+        states.renumber_all(store, former.last_state)
         seal(store, damaged)
         store.execute("COMMIT")
         if gone.surveys or gone.lots:

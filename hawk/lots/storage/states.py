@@ -44,3 +44,19 @@ def renumber(store: sqlite3.Connection, changed: Iterable[tuple[str, str]]) -> N
                 "INSERT INTO outbox (kind, body, made) VALUES (?, ?, CAST(strftime('%s', 'now') AS REAL))",
                 (kind, named),
             )
+
+
+def last(store: sqlite3.Connection) -> int:
+    """Return the greatest number that a row of the outbox ever had, 0 without one."""
+    found = store.execute("SELECT seq FROM main.sqlite_sequence WHERE name = 'outbox'").fetchone()
+    return 0 if found is None else int(found[0])
+
+
+def renumber_all(store: sqlite3.Connection, beyond: int) -> None:
+    """Give every survey and lot of this store a new state, whose number is greater than ``beyond``."""
+    if last(store) < beyond:
+        store.execute("DELETE FROM sqlite_sequence WHERE name = 'outbox'")
+        store.execute("INSERT INTO sqlite_sequence (name, seq) VALUES ('outbox', ?)", (beyond,))
+    surveys = [("survey", str(seq)) for (seq,) in store.execute("SELECT seq FROM main.survey").fetchall()]
+    lots = [("lot", str(named)) for (named,) in store.execute("SELECT id FROM main.lot").fetchall()]
+    renumber(store, [*surveys, *lots])

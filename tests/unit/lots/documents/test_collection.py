@@ -156,10 +156,13 @@ def test_a_survey_of_another_drone_and_of_this_store_is_refused(drone: Drone, tm
             collected(store, first, writer)
     document = survey_document.unpacked(first)
     other = document.survey.model_copy(update={"id": "123e4567-e89b-42d3-a456-426614174000", "state": 999})
-    for writer in ("Drone 1", "Drone 2"):
-        with pytest.raises(OtherDroneError, match=r"survey\.id: "):
-            collected(store, survey_document.packed(document.model_copy(update={"survey": other})), writer)
+    renamed = survey_document.packed(document.model_copy(update={"survey": other}))
+    with pytest.raises(OtherDroneError, match=r"survey\.id: this flight was sent as another survey"):
+        collected(store, renamed)
     assert shown(store) == before
+    collected(store, renamed, "Drone 2")  # of a journal with the same name, begun in the same second
+    assert set(before["survey"]) < set(shown(store)["survey"])
+    assert shown(store)["lot"] == before["lot"]
     store.close()
     with pytest.raises(OtherDroneError, match=r"survey\.id: this survey is another's"):
         collected(drone.store, first)

@@ -12,6 +12,7 @@ from hawk.lots import commands, outbox
 from hawk.lots.documents import source, survey_document
 from hawk.lots.schema import OUTBOX, SURVEY
 from hawk.lots.storage import states
+from hawk.lots.storage.backup import backup, restore
 from hawk.lots.values import LotStoreError, NotFoundError
 from tests.unit.lots.documents.drones import NOW, WHO, Drone, days, tile, vehicle
 from tests.unit.lots.surveys import later, survey
@@ -142,3 +143,17 @@ def test_what_is_not_there_or_damaged_is_refused_with_its_name(drone: Drone) -> 
     drone.do(lambda connection: connection.execute(update(SURVEY).values(latitude=123.0)).close())
     with pytest.raises(LotStoreError, match=r"no document can be made of it: survey\.latitude: must be 90 or less"):
         drone.document(first.survey)
+
+
+def test_a_restored_store_has_newer_states_than_the_one_before_it(drone: Drone, tmp_path: Path) -> None:
+    first = drone.add(survey())
+    backup(drone.store.path, tmp_path / "backup.db")
+    drone.do(commands.rename, first.lot, "North", WHO, NOW)
+    drone.do(commands.delete, first.survey, WHO, NOW)
+    before = drone.document(first.survey)
+    drone.store.close()
+    restore(drone.store.path, tmp_path / "backup.db")
+    drone.store = Drone.at(drone.store.path).store
+    after = drone.document(first.survey)
+    assert (after.survey.placed, after.lots[0].name) == ("first", "Lot 1")
+    assert min(after.survey.state, after.lots[0].state) > before.survey.state

@@ -1,0 +1,19 @@
+"""The benchmark of documents takes every one of them in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks import collect
+
+
+async def test_every_document_is_taken_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in (("STALLS", 40), ("DRONES", 2), ("SURVEYS", 2)):
+        monkeypatch.setattr(collect, name, value)
+    sent = collect.documents(tmp_path)
+    assert len({named for _, named, _ in sent}) == 4
+    per_s, cpu_s = await collect.measure(tmp_path, sent)
+    assert per_s > 0
+    assert cpu_s > 0
