@@ -91,7 +91,7 @@ export function drawSketch(context: CanvasRenderingContext2D, sketch: Sketch, si
   const { shapes, places, area, box, isPreview, sections = [] } = sketch;
   drawLook(context, shapes, on(sight), { colour: palette.plan, casing: palette.planCase, dash: isPreview === true ? FOUND_DASH : [], width: 2, fill: `${palette.plan}40` });
   const pixels = places.map((place) => toPixel(sight, place));
-  for (const each of sections) drawArea(context, each, sight, palette);
+  for (const each of sections) drawArea(context, isPreview === true ? { ...each, isSection: false } : each, sight, palette); // dashed, as stalls of a file
   for (const each of sections) drawAreaName(context, each, sight, palette);
   if (area !== "") drawArea(context, { ring: places, name: area === "zone" ? "" : null }, sight, palette);
   else if (pixels.length > 1) {

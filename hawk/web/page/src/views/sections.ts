@@ -35,7 +35,7 @@ const differsWords = ({ is_changed: isChanged }: SectionChange): string => (isCh
 export function sectionChanges(sections: readonly SectionChange[], chosen: string, choose: (section: string) => void): TemplateResult | typeof nothing {
   if (sections.length === 0) return nothing;
   return html`<h3>${say("sections")}</h3>
-    <table class="rows sections"><caption class="unseen">${say("sections")}</caption><thead><tr><th scope="col">${say("section-head")}</th><th scope="col">${say("archive-before")}</th><th scope="col">${say("archive-after")}</th><th scope="col"></th></tr></thead>
+    <table class="rows sections"><caption class="unseen">${say("sections")}</caption><thead><tr><th scope="col">${say("section-head")}</th><th scope="col">${say("archive-before")}</th><th scope="col">${say("archive-after")}</th><th scope="col"><span class="unseen">${say("archive-changes")}</span></th></tr></thead>
     <tbody>${sections.map(
       (each) => html`<tr class=${each.id === chosen ? "on" : ""}><th scope="row">${nameButton(each, chosen, choose)}</th><td>${countOf(each.before)}</td><td>${countOf(each.after)}</td><td>${differsWords(each)}</td></tr>`,
     )}</tbody></table>`;
