@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from hawk.exports.records import read_survey, survey_of, surveys_of
+from hawk.lots import lists
 from hawk.lots.ingest import save
 from hawk.lots.plan_files.formats import read_plan
 from hawk.lots.plan_import import transfer
@@ -55,6 +56,12 @@ def test_its_surveys_count_by_their_looks_at_sections(street: Person) -> None:
         figures = queries.statistics(connection, street.lot, period_of_lot(connection, street.lot), "section")
     assert [(each.left_out, each.left_out_code, each.occupancy.value) for each in found.surveys] == [("", "", None)] * 3
     assert [(each.name, each.surveys) for each in figures.parts] == [("Elm", 3)]
+
+
+def test_it_is_listed_with_the_number_of_its_sections(street: Person) -> None:
+    with street.store.reading() as connection:
+        (lot,) = lists.lots(connection, lists.Asked(10)).items
+    assert (lot.stalls, lot.sections, lot.survey_count) == (0, 1, 3)
 
 
 def test_two_of_its_surveys_are_compared(street: Person) -> None:
