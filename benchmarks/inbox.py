@@ -19,7 +19,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import UTC, datetime, timedelta
 from functools import partial
@@ -34,7 +34,7 @@ from hawk.worlds.generate import generate_world
 
 PHOTOGRAPHS: Final = 4
 FIRST_DAY: Final = datetime(2024, 1, 1, tzinfo=UTC)
-WAYS: Final = ("folder", "card", "loose", "parts", "slowly", "twice")
+KINDS: Final = ("folder", "card", "loose", "parts", "slowly", "twice")
 SETTLE_S: Final = 2.0
 KILL_S: Final = (2.0, 22.0)
 """Least and most seconds from a start to the next kill."""
@@ -107,7 +107,7 @@ def draw_flights(folder: Path, count: int) -> list[Files]:
     write_photos(generate_world(3), _OPTIONS, folder)
     drawn = [path.read_bytes() for path in sorted(folder.glob("*.JPG"))[:PHOTOGRAPHS]]
     written = datetime(2026, 5, 4, tzinfo=UTC)
-    flights = []
+    flights: list[Files] = []
     for number in range(count):
         day = FIRST_DAY + timedelta(days=number)
         dates = [(f"{written:{form}}".encode(), f"{day:{form}}".encode()) for form in ("%Y:%m:%d", "%Y-%m-%d")]
@@ -120,33 +120,32 @@ def draw_flights(folder: Path, count: int) -> list[Files]:
     return flights
 
 
-def actions(flights: list[Files], inbox: Path, drawn: random.Random) -> list[list[Action]]:
+def actions(flights: Sequence[Files], inbox: Path, drawn: random.Random) -> list[list[Action]]:
     """Return what is done to drop each flight, step by step, in a drawn order; others may come between two steps."""
     found = []
     for number, files in enumerate(flights):
-        found.append(list(_steps(drawn.choice(WAYS), number, files, inbox)))
+        found.append(list(_steps(drawn.choice(KINDS), number, files, inbox)))
     drawn.shuffle(found)
     return found
 
 
-def _steps(way: str, number: int, files: Files, inbox: Path) -> Iterator[Action]:
+def _steps(kind: str, number: int, files: Files, inbox: Path) -> Iterator[Action]:
     name, names = f"flight-{number:03d}", sorted(files)
     half = len(names) // 2
-    if way == "card":
-        cards = {f"{k % 2}": {each: files[each] for each in names[k % 2 :: 2]} for k in range(2)}
-        yield lambda: [_put(inbox / name / f"DCIM/10{number}MEDIA", some) for number, some in cards.items()]
-    elif way == "loose":
+    if kind == "card":
+        yield partial(_put_card, inbox / name / "DCIM", files)
+    elif kind == "loose":
         yield lambda: _put(inbox, files)
-    elif way == "parts":
+    elif kind == "parts":
         yield lambda: _put(inbox / name, {each: files[each] for each in names[:half]})
         yield lambda: _put(inbox / f"{name}-rest", {each: files[each] for each in names[half:]})
-    elif way == "slowly":
+    elif kind == "slowly":
         for each in names:
             yield partial(_put, inbox / name, {f"{each}.part": files[each][:2000]})
             yield partial(_finish, inbox / name / f"{each}.part", files[each])
     else:
         yield lambda: _put(inbox / name, files)
-        if way == "twice":
+        if kind == "twice":
             yield lambda: _put(inbox / f"{name}-copy", files)
 
 
@@ -154,6 +153,11 @@ def _put(folder: Path, files: Files) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         (folder / name).write_bytes(data)
+
+
+def _put_card(folder: Path, files: Files) -> None:
+    for number, name in enumerate(sorted(files)):
+        _put(folder / f"10{number % 2}MEDIA", {name: files[name]})
 
 
 def _finish(unfinished: Path, data: bytes) -> None:
@@ -177,7 +181,7 @@ def _unfinished(journal: Path) -> int:
         return 1
 
 
-def judge(folders: Folders, flights: list[Files]) -> tuple[int, int]:
+def judge(folders: Folders, flights: Sequence[Files]) -> tuple[int, int]:
     """Return how many flights are lost, and how many surveys are too many.
 
     A flight is lost without a survey of its day by all of its photographs, or where one of these is not in ``done``.
@@ -199,7 +203,7 @@ def _days(base: Path, query: str) -> Counter[int]:
         return Counter(int((at - FIRST_DAY.timestamp()) // _DAY_S) for (at,) in opened.execute(query))
 
 
-def measure(folders: Folders, flights: list[Files], kills: int, seed: int) -> Section:
+def measure(folders: Folders, flights: Sequence[Files], kills: int, seed: int) -> Section:
     """Drop the flights, kill the inbox, and return the figures. Raises BenchmarkError."""
     folders.inbox.mkdir(parents=True)
     folders.store.mkdir()

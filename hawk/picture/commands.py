@@ -235,12 +235,16 @@ def _check_watch(options: argparse.Namespace) -> None:
             )
     if options.store is None:
         raise ConfigError("--store: is needed with --watch: name the folder of the store of lots")
+    watched = options.watch.resolve()
+    for name, path in (("the store", options.store), ("a home folder", Path.home())):
+        if path.resolve().is_relative_to(watched):
+            raise ConfigError(f"--watch: {options.watch} holds {name}, whose files would be moved; name a new folder")
 
 
-def _passed_on(options: argparse.Namespace) -> list[str]:
-    """Return the options that hold for the flights of an inbox, as arguments."""
+def _passed_on(options: argparse.Namespace) -> dict[str, str]:
+    """Return the options that hold for the flights of an inbox, by name."""
     given = {name: getattr(options, name) for name in _PASSED_ON}
-    return [text for name, value in given.items() if value is not None for text in (f"--{name}", str(value))]
+    return {name: str(value) for name, value in given.items() if value is not None}
 
 
 def _check(options: argparse.Namespace) -> None:

@@ -10,9 +10,10 @@ import contextlib
 import errno
 import os
 import shutil
+import sqlite3
 import uuid
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -34,7 +35,7 @@ from hawk.picture.inbox.folder import (
 from hawk.picture.inbox.journal import AGAIN, PICTURES, Flight, Journal, Move, State
 from hawk.picture.inbox.map_process import MapResult
 from hawk.picture.values import PictureError
-from hawk.picture.work_folder import WORK
+from hawk.picture.work_folder import WINDOWS, WORK
 from hawk.runtime.files import replace_whole, sync_folder
 
 LEAST_FREE: Final = 500_000_000
@@ -100,7 +101,8 @@ class Inbox:
     def step(self, now: float) -> bool:
         """Take what has settled, map one flight; return whether one was mapped or failed.
 
-        ``now``: monotonic seconds. Raises sqlite3.Error of the journal; what else fails is said, and tried again.
+        ``now``: monotonic seconds. Raises sqlite3.DatabaseError of a damaged journal; other failures are said and
+        tried again.
         """
         try:
             for drop in self._folder.settled(now):
@@ -110,6 +112,8 @@ class Inbox:
             self._say("", "waits", str(error))
         except OSError as error:
             self._say("", "waits", _words(error, self._root))
+        except sqlite3.OperationalError as error:  # the journal's disk is full, or busy
+            self._say("", "waits", f"{self._store}: {error}; see that there is room, and that hawk may write there")
         return False
 
     def _is_ended(self, flight: Flight) -> bool:
@@ -139,7 +143,7 @@ class Inbox:
         known = self._known(part, owners)
         if known is None:
             name = plain_name(part.title, self._is_name)
-            moves = self._moves(part, name, set())
+            moves = self._moves(part, name)
             self._journal.add(part, name, moves)
             return self._journal.flight(part.id)
         has_all = all(owners.get(one.digest) == known.id for one in part.pictures)
@@ -149,7 +153,8 @@ class Inbox:
             self._journal.map_again(known)
         is_here = self._is_here(known)
         mine = {digest for digest, owner in owners.items() if owner == known.id} if is_here else set()
-        self._journal.join(known, part, self._moves(part, known.name, mine), has_others=is_here)
+        moves = self._moves(part, known.name, mine, self._journal.moves(known))
+        self._journal.join(known, part, moves, has_others=is_here)
         return self._journal.flight(known.id)
 
     def _known(self, part: Part, owners: dict[str, str]) -> Flight | None:
@@ -166,7 +171,7 @@ class Inbox:
 
     def _claim_copy(self, part: Part, of: Flight) -> Flight | None:
         name, copy = plain_name(part.title, self._is_name), uuid.uuid4().hex
-        self._journal.add_copy(copy, name, of, self._moves(part, name, set()))
+        self._journal.add_copy(copy, name, of, self._moves(part, name))
         return self._journal.flight(copy)
 
     def _is_here(self, flight: Flight) -> bool:
@@ -183,9 +188,12 @@ class Inbox:
             folded |= {each.casefold() for each in os.listdir(self._root / place)}
         return name.casefold() in folded
 
-    def _moves(self, part: Part, name: str, known: set[str]) -> list[Move]:
-        """Return where each file of a part goes. ``known``: digests that the flight has."""
+    def _moves(self, part: Part, name: str, known: Collection[str] = (), planned: Sequence[Move] = ()) -> list[Move]:
+        """Return where each file of a part goes. ``known``: digests that the flight has; ``planned``: moves before."""
         used = {PICTURES: set[str](), AGAIN: set[str]()}
+        for move in planned:
+            folder, _, target = move.target.partition("/")
+            used[folder].add(target.casefold())
         for place in PLACES:
             for folder, names in used.items():
                 with contextlib.suppress(OSError):
@@ -195,9 +203,10 @@ class Inbox:
         for path in (*digests, *(other.path for other in part.others)):
             digest = digests.get(path)
             folder = AGAIN if digest in seen else PICTURES
-            target = plain_name(Path(path).name, partial(_is_used, used[folder]))
-            used[folder].add(target.casefold())
-            moves.append(Move(path, f"{folder}/{target}", digest if folder == PICTURES else None))
+            within = "" if part.is_known else _inner(path)
+            name = plain_name(Path(path).name, partial(_is_used, used[folder], within))
+            used[folder].add(f"{within}{name}".casefold())
+            moves.append(Move(path, f"{folder}/{within}{name}", digest if folder == PICTURES else None))
             if digest is not None:
                 seen.add(digest)
         return moves
@@ -211,7 +220,7 @@ class Inbox:
         if not home.is_dir() and (homes := self._homes(flight)):
             homes[0].rename(home)
             sync_folder(homes[0].parent)
-        for inner in {PICTURES, *(move.target.partition("/")[0] for move in moves)}:
+        for inner in {Path(PICTURES), *(Path(move.target).parent for move in moves)}:
             (home / inner).mkdir(parents=True, exist_ok=True)
         vanished = []
         for move in moves:
@@ -261,18 +270,19 @@ class Inbox:
             return self._lose(flight, home)
         if words := self._full():
             raise PictureError(words)
-        self._say(flight.name, "begins", f"{self._journal.count(flight)} pictures")
+        self._say(flight.name, "begins", f"pictures: {self._journal.count(flight)}")
         result = self._around.mapper(flight, home)
         if result.is_stopped:
             return False
         if result.report is not None:
             text = report.mapped(flight, result.report, self._journal.count(flight), self._around.now())
+            _write(home / REPORT, text)  # before it is noted: a cut between leaves no report of fewer pictures
             self._journal.note_survey(flight, result.report.stored_survey)
-            return self._end(flight, State.DONE, text, result.report.store)
+            return self._end(flight, State.DONE, "", result.report.store)
         return self._failed(flight, result)
 
     def _failed(self, flight: Flight, result: MapResult) -> bool:
-        """Put a flight aside that cannot be mapped. Raises PictureError where store or disk are why."""
+        """End a flight that cannot be mapped. Raises PictureError where store or disk are why."""
         if words := self._full() or (result.words if result.words.startswith(_OF_STORE) else ""):
             raise PictureError(words)
         if result.signal and flight.tries + 1 < MOST_TRIES:
@@ -301,9 +311,9 @@ class Inbox:
         name = flight.name
         if home.is_dir():
             if text:
-                with contextlib.suppress(OSError):  # without room the flight is moved all the same
-                    replace_whole(home / REPORT, text.encode())
-            shutil.rmtree(home / SURVEY / WORK, ignore_errors=True)
+                _write(home / REPORT, text)
+            for steps in (WORK, WINDOWS):
+                shutil.rmtree(home / SURVEY / steps, ignore_errors=True)
             if (place / name).exists():  # a person has made it meanwhile
                 name = plain_name(name, self._is_name)
             home.rename(place / name)
@@ -337,8 +347,20 @@ class Inbox:
         self._around.say(event)
 
 
-def _is_used(folded: set[str], name: str) -> bool:
-    return name.casefold() in folded
+def _is_used(folded: set[str], within: str, name: str) -> bool:
+    return f"{within}{name}".casefold() in folded
+
+
+def _inner(path: str) -> str:
+    """Return the folders below that of a drop in which a file lies, "" or with a slash behind: no camera made them."""
+    inner = [each for each in Path(path).parts[1:-1] if each != PICTURES]
+    return "".join(f"{plain_name(each, set[str]().__contains__)}/" for each in inner)
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a report; without room, or without its folder, the flight goes on all the same."""
+    with contextlib.suppress(OSError):
+        replace_whole(path, text.encode())
 
 
 def _words(error: OSError, folder: Path) -> str:

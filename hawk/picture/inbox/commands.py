@@ -11,7 +11,7 @@ import signal
 import sqlite3
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -37,10 +37,10 @@ MOST_LOOK_S: Final = 20.0
 _LOCK: Final = "inbox.lock"
 
 
-def watch(options: argparse.Namespace, passed_on: Sequence[str]) -> int:
+def watch(options: argparse.Namespace, passed_on: Mapping[str, str]) -> int:
     """Map what arrives until SIGTERM or Ctrl-C; return the exit status.
 
-    ``passed_on``: options for the mapping of each flight. Raises ConfigError where folder or store cannot be used.
+    ``passed_on``: options for the mapping of flights by name. Raises ConfigError where folder or store cannot be used.
     """
     stop = threading.Event()
     settle_s = SETTLE_S if options.settle is None else options.settle

@@ -20,8 +20,9 @@ from hawk.picture.film.app import FILMS
 from hawk.picture.inbox.folder import LOOSE, Drop, FileFacts
 from hawk.picture.photographs.folder import SUFFIXES, flights_of
 from hawk.picture.photographs.lenses import Lenses
-from hawk.picture.photographs.photograph import Photograph, UnusableError, read_photograph
+from hawk.picture.photographs.photograph import Photograph, read_photograph
 from hawk.picture.photographs.places import apart_m, unwrap_longitudes, wrap_longitudes
+from hawk.picture.values import PictureError
 from hawk.picture.work_folder import ORTHOPHOTOS
 
 JOIN_S: Final = 120.0
@@ -38,7 +39,7 @@ _VRT: Final = ".vrt"
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """Place and time of a photograph: degrees, Unix seconds by the camera's clock. ``kind``: camera and lens."""
+    """Place and time of a photograph: degrees, Unix seconds by the camera's clock. ``kind``: camera, lens and drone."""
 
     kind: str
     time: float
@@ -61,6 +62,7 @@ class Part:
 
     ``title``: name for the flight. ``source``: name of the film or orthophoto, "" for photographs. ``pictures`` decide
     which flight it is; ``others`` go along. ``datum``: latitude and longitude of the middle; None: no file says it.
+    ``is_known``: a photograph, film or orthophoto is among them.
     """
 
     title: str
@@ -68,6 +70,7 @@ class Part:
     pictures: tuple[Picture, ...] = field(repr=False)
     others: tuple[FileFacts, ...] = field(default=(), repr=False)
     datum: tuple[float, float] | None = None
+    is_known: bool = True
 
     @property
     def id(self) -> str:
@@ -100,6 +103,7 @@ class _Group:
     pictures: list[_File]
     others: list[_File] = field(default_factory=list)
     source: str = ""
+    is_known: bool = True
 
 
 class FlightReader:
@@ -126,7 +130,7 @@ class FlightReader:
             if groups:
                 groups[0].others += rest
             else:
-                groups.append(_Group(rest))
+                groups.append(_Group(rest, is_known=False))
         parts = [_part(_title(drop, group.pictures, is_one_of_many=len(groups) > 1), group) for group in groups]
         return [part for part in parts if part.pictures]
 
@@ -136,7 +140,9 @@ class FlightReader:
             return _File(facts, path)
         try:
             return _File(facts, path, read_photograph(path, self._lenses, self._calibration))
-        except UnusableError:  # mapping it says why
+        except PictureError:  # no reader of tags is installed
+            raise
+        except Exception:  # a stranger's file: mapping it, in a process of its own, says why
             return _File(facts, path)
 
 
@@ -169,7 +175,7 @@ def plain_name(name: str, is_taken: Callable[[str], bool]) -> str:
 def _part(title: str, group: _Group) -> Part:
     found = tuple(_pictures(group.pictures))
     moments = [one.moment for one in found if one.moment is not None]
-    return Part(title, group.source, found, tuple(one.facts for one in group.others), _middle(moments))
+    return Part(title, group.source, found, tuple(one.facts for one in group.others), _middle(moments), group.is_known)
 
 
 def _sources(files: Sequence[_File], *, has_photographs: bool) -> list[_File]:
@@ -225,7 +231,7 @@ def _moment(photograph: Photograph | None) -> Moment | None:
     shot = photograph.shot
     if shot.time is None:
         return None
-    kind = " ".join(str(each) for each in photograph.kind)
+    kind = " ".join(str(each) for each in (*photograph.kind, photograph.serial)).encode("utf-8", "replace").decode()
     return Moment(kind, shot.time, shot.latitude, shot.longitude)
 
 

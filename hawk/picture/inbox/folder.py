@@ -31,7 +31,7 @@ LOOSE: Final = ""
 SETTLE_S: Final = 120.0
 """Seconds without a change, by default: phones and docks pause between two pictures, and try again after a minute."""
 ABANDONED_S: Final = 3600.0
-"""Seconds without any change after which a file under a temporary name keeps the others of its drop no longer."""
+"""Seconds without any change after which the others of a drop no longer wait for an unfinished file."""
 _TEMPORARY: Final = re.compile(
     r"\.(part|partial|filepart|tmp|temp|crdownload|download|incomplete|upload|uploading|swp|lock)$|~$|^~\$",
     re.IGNORECASE,
@@ -40,6 +40,12 @@ _TEMPORARY: Final = re.compile(
 _HIDDEN_COPY: Final = re.compile(r"^\.(?!_).*\.(jpe?g|tiff?|jp2|png|mp4|mov|mcap|srt|bin|tlog)(\.|$)", re.IGNORECASE)
 """Names under which rsync writes a picture; a name that begins with ``._`` is macOS's own."""
 
+_JPEGS: Final = (".jpg", ".jpeg")
+_BEGIN: Final = b"\xff\xd8"
+_END: Final = b"\xff\xd9"
+"""Markers of a JPEG's begin and end (ITU-T T.81, table B.1); neither occurs in the data of a picture."""
+_TAIL_BYTES: Final = 65_536
+"""Bytes at a file's end with the marker; some cameras write previews behind the picture, each with its own."""
 _OF_SYSTEM: Final = frozenset(("Thumbs.db", "desktop.ini"))
 
 
@@ -62,12 +68,24 @@ class Drop:
 
 @dataclass(slots=True)
 class _Growth:
-    """A drop as it was seen first like this. ``looks``: at which it was the same."""
+    """A drop as it was seen first like this. ``looks``: at which it was the same. ``is_cut``: a JPEG has no end; None:
+    nobody looked.
+    """
 
     files: tuple[FileFacts, ...]
     is_whole: bool
     since: float
     looks: int = 1
+    is_cut: bool | None = None
+
+    def has_settled(self, now: float, settle_s: float, root: Path) -> bool:
+        """Return whether nothing of it was changed for long enough, at ``now``."""
+        quiet_s = now - self.since
+        if self.looks < 2 or quiet_s < settle_s:
+            return False
+        if self.is_cut is None:
+            self.is_cut = any(_is_cut(root / file.path) for file in self.files)
+        return (self.is_whole and not self.is_cut) or quiet_s >= ABANDONED_S
 
 
 class Folder:
@@ -89,8 +107,7 @@ class Folder:
                 self._growing[name] = growth = _Growth(files, is_whole, now)
             else:
                 growth.looks += 1
-            wait = self._settle_s if is_whole else max(ABANDONED_S, self._settle_s)
-            if growth.looks > 1 and now - growth.since >= wait:
+            if growth.has_settled(now, self._settle_s, self.path):
                 settled.append(
                     (growth.since, Drop(name, tuple(file for file in files if not _is_temporary(file.path))))
                 )
@@ -166,6 +183,20 @@ def _facts(entry: os.DirEntry[str], root: Path) -> FileFacts | None:
     if not stat.S_ISREG(facts.st_mode):
         return None
     return FileFacts(os.path.relpath(entry.path, root), facts.st_size, facts.st_mtime_ns)
+
+
+def _is_cut(path: Path) -> bool:
+    """Return whether a file is a JPEG without its end: the copy of it has not ended, or was cut off."""
+    if path.suffix.lower() not in _JPEGS:
+        return False
+    try:
+        with path.open("rb") as file:
+            if file.read(2) != _BEGIN:
+                return False
+            file.seek(max(2, file.seek(0, os.SEEK_END) - _TAIL_BYTES))
+            return _END not in file.read(_TAIL_BYTES)
+    except OSError:  # mapping it says why it cannot be read
+        return False
 
 
 def _is_temporary(path: str) -> bool:

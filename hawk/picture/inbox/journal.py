@@ -162,12 +162,13 @@ class Journal:
 
     def add(self, part: Part, name: str, moves: Sequence[Move]) -> None:
         """Add a flight, whose pictures are of no other one from now on."""
+        source = next((Path(move.target).name for move in moves if Path(move.source).name == part.source), "")
         with self._writing():
             latitude, longitude = part.datum or (None, None)
             self._base.execute("DELETE FROM flight WHERE id = ?", (part.id,))
             self._base.execute(
                 "INSERT INTO flight (id, name, state, source, latitude, longitude) VALUES (?, ?, ?, ?, ?, ?)",
-                (part.id, name, State.MAPPING, part.source, latitude, longitude),
+                (part.id, name, State.MAPPING, source, latitude, longitude),
             )
             self._take(part.id, part, moves)
 
@@ -232,7 +233,8 @@ class Journal:
         try:
             yield
         except BaseException:
-            self._base.execute("ROLLBACK")
+            if self._base.in_transaction:  # a full disk has ended it
+                self._base.execute("ROLLBACK")
             raise
         self._base.execute("COMMIT")
 

@@ -10,13 +10,15 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Final
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from hawk.picture.film.app import FILMS
+from hawk.picture.film.recording import SUFFIX as RECORDING
 from hawk.picture.inbox.folder import SURVEY
 from hawk.picture.inbox.journal import PICTURES, Flight
 
@@ -68,9 +70,12 @@ class MapResult:
 class MapProcess:
     """Maps flights one after the other, each in a process of its own."""
 
-    def __init__(self, store: Path, options: Sequence[str], stop: threading.Event, lock: int) -> None:
-        """``options``: of the command line, passed on; ``lock``: descriptor that the process keeps open."""
-        self._command = (sys.executable, "-m", "hawk.cli", "map", "--json", "--resume", "--store", str(store), *options)
+    def __init__(self, store: Path, options: Mapping[str, str], stop: threading.Event, lock: int) -> None:
+        """``options``: values by their names, each passed on where the source has a use for it; ``lock``: descriptor
+        that the process keeps open.
+        """
+        self._command = (sys.executable, "-m", "hawk.cli", "map", "--json", "--resume", "--store", str(store))
+        self._options = options
         self._stop = stop
         self._lock = lock
 
@@ -78,14 +83,21 @@ class MapProcess:
         """Map the pictures in a flight's folder. Raises OSError where no process can be started."""
         identity = {"id": flight.id, "name": flight.name, "datum": flight.datum}
         own = ["--flight", json.dumps(identity), "--parent-pid", str(os.getpid()), "--out", str(home / SURVEY)]
-        source = str(home / PICTURES / flight.source) if flight.source else str(home / PICTURES)
+        options = [text for name in _options(flight.source) for text in self._option(name)]
+        source = str(home / PICTURES / flight.source)
         with subprocess.Popen(
-            [*self._command, *own, "--", source], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, pass_fds=(self._lock,),
-        ) as process:  # fmt: skip
+            [*self._command, *options, *own, "--", source],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            pass_fds=(self._lock,),
+        ) as process:
             with contextlib.suppress(OSError):  # where memory is short, this process ends first
                 Path(f"/proc/{process.pid}/oom_score_adj").write_text("1000", "ascii")
             return self._wait(process)
+
+    def _option(self, name: str) -> tuple[str, ...]:
+        return (f"--{name}", self._options[name]) if name in self._options else ()
 
     def _wait(self, process: subprocess.Popen[bytes]) -> MapResult:
         ends = time.monotonic() + LONGEST_S
@@ -100,6 +112,18 @@ class MapProcess:
                     words = f"Mapping took more than {LONGEST_S / 3600:.0f} hours: map fewer pictures at once"
                     return MapResult(None, words, is_stopped=self._stop.is_set())
         return _result(process.returncode, said, complained, is_stopped=self._stop.is_set())
+
+
+def _options(source: str) -> tuple[str, ...]:
+    """Return the names of the options that a source has a use for, as `hawk.picture.sources` has them."""
+    suffix = Path(source).suffix.lower()
+    if not source:
+        return ("model", "memory", "height", "lenses", "calibration", "place")
+    if suffix == RECORDING:
+        return ("model", "memory", "height")
+    if suffix in FILMS:
+        return ("model", "memory", "height", "lenses", "calibration", "hfov", "focal35")
+    return ("model", "memory")
 
 
 def _result(status: int, said: bytes, complained: bytes, *, is_stopped: bool) -> MapResult:

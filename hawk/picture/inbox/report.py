@@ -54,8 +54,12 @@ def failed(flight: Flight, words: str, folder: Path, store: Path, now: float) ->
     """Return the report of a flight that could not be mapped. ``folder``: where it lies from now on."""
     source = folder / PICTURES / flight.source
     command = shlex.join(["hawk-drone", "map", str(source), "--out", f"{flight.name}-survey", "--store", str(store)])
+    before = (
+        [f"The survey of the pictures that came before stays in the store: {flight.survey}."] if flight.survey else []
+    )
     lines = [
         f"{words.rstrip('.')}.",
+        *before,
         "The pictures are all here. Move this folder back into the inbox to try again, or map it with other options:",
         f"  {command}",
     ]

@@ -16,6 +16,7 @@ from hawk.runtime.programs import remedy
 _MAKE, _MODEL, _ORIENTATION, _SOFTWARE, _CHANGED = 271, 272, 274, 305, 306
 _EXIF_IFD, _GPS_IFD = 0x8769, 0x8825
 _TAKEN, _OFFSET, _SUBSECONDS = 0x9003, 0x9011, 0x9291
+_SERIAL: Final = 0xA431
 _FOCAL, _FOCAL_35, _ZOOM = 0x920A, 0xA405, 0xA404
 _PLANE_RESOLUTION, _PLANE_UNIT, _PIXELS = 0xA20E, 0xA210, (0xA002, 0xA003)
 _MM_PER_UNIT: Final = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
@@ -37,7 +38,7 @@ class Exif:
     ``zone_h``: that offset, hours. ``has_hemisphere``: the letters of the place are there. ``focal_mm``, and
     ``focal_35_mm`` on 35 mm film; ``zoom``: digital, 1.0 without. ``sensor_mm``: longer side of the sensor by the
     resolution of the focal plane. ``orientation``: 1 to 8. ``saved_by``: program that saved the file later than the
-    camera did.
+    camera did. ``serial``: number of the camera's body.
     """
 
     make: str = ""
@@ -56,6 +57,7 @@ class Exif:
     saved_by: str = ""
     zone_h: float | None = None
     has_hemisphere: bool = True
+    serial: str = ""
 
 
 def read_exif(data: bytes, longer: int) -> Exif:
@@ -83,6 +85,7 @@ def read_exif(data: bytes, longer: int) -> Exif:
         sensor_mm=_plane_mm(photo, longer),
         zone_h=None if (zone := _zone(photo)) is None else zone.total_seconds() / 3600.0,
         has_hemisphere=all(_text(gps.get(tag)).upper()[:1] in letters for tag, letters in _HEMISPHERES),
+        serial=_text(photo.get(_SERIAL)),
     )
 
 

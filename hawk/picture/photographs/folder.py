@@ -79,12 +79,15 @@ def read_folder(
 
 
 def flights_of(photographs: list[Photograph]) -> list[list[Photograph]]:
-    """Return the photographs of each flight and camera by time. Few of another one stay among many: `read_folder`
+    """Return the photographs of each flight and drone by time. Few of another camera stay among many: `read_folder`
     leaves them out.
     """
-    groups = _groups(_by_time(photographs))
-    _, few = _without_few(groups) if groups else ([], [])
-    return [_by_time(photographs)] if few else groups
+    flights = []
+    for serial in dict.fromkeys(one.serial for one in photographs):
+        own = _by_time([one for one in photographs if one.serial == serial])
+        groups = _groups(own)
+        flights += [own] if _without_few(groups)[1] else groups
+    return flights
 
 
 def _photographs(folder: Path) -> tuple[list[Path], list[str]]:

@@ -49,7 +49,7 @@ class Photograph:
     ``gnss_time``: Unix seconds, None where the file has no GNSS time. ``orientation``: EXIF's, 1 to 8. ``saved_by``:
     program that saved the file later than the camera, "" for none. ``zone_h``: that of the camera's clock, hours.
     ``other_place``: that of XMP, where it is not that of EXIF, which the shot has. ``has_hemisphere``: EXIF's place has
-    its letters.
+    its letters. ``serial``: number of the aircraft or its camera, "" where the file does not say.
     """
 
     shot: Shot
@@ -59,6 +59,7 @@ class Photograph:
     zone_h: float | None = None
     other_place: Place | None = None
     has_hemisphere: bool = True
+    serial: str = ""
 
     @property
     def has_zone(self) -> bool:
@@ -118,6 +119,7 @@ def read_photograph(path: Path, lenses: Lenses, calibration: CameraModel | None 
         exif.zone_h,
         _other(place, said.place(tags)),
         exif.has_hemisphere,
+        said.serial(tags) or exif.serial,
     )
 
 

@@ -52,6 +52,7 @@ _LONGITUDES: Final = (
     "drone:GpsLongtitude",
     f"{_SKYDIO}Longitude",
 )
+_SERIALS: Final = ("drone-dji:DroneSerialNumber", "drone-dji:CameraSerialNumber")
 _FINEST_M: Final = 0.01
 """Least standard deviation that is believed: GNSS with corrections gives no better."""
 
@@ -137,6 +138,11 @@ def sigma(tags: Tags) -> tuple[float | None, float | None]:
     up = number(tags, "drone-dji:RtkStdHgt") if known else None
     up = up or number(tags, "Camera:GPSZAccuracy", f"{_SKYDIO}GpsVerticalAccuracy")
     return _believed(across), _believed(up)
+
+
+def serial(tags: Tags) -> str:
+    """Return the serial number of the aircraft, else of its camera, "" where the tags do not say."""
+    return next((tags[name].strip() for name in _SERIALS if tags.get(name, "").strip()), "")
 
 
 def _believed(metres: float | None) -> float | None:

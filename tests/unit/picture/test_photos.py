@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hawk.lots.survey.landing import finished
 from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.poses import GlobalPose
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import map_photos, survey_shots
 from hawk.picture.shot_detections import Files
 from hawk.picture.shot_poses import known_pose
-from hawk.picture.values import PictureError, Provenance, Shot, ShotSet
+from hawk.picture.values import FlightId, PictureError, Provenance, Shot, ShotSet
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.sim.photos_tags import CAMERAS
 from tests.drawn_worlds import drawn_world
@@ -86,6 +87,17 @@ def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -
         for name, shots in (("yard", shots[:2]), ("other", shots[:2]), ("yard", shots))
     ]
     assert names[0] == names[1] != names[2]
+
+
+@pytest.mark.slow
+def test_more_pictures_of_one_flight_are_the_same_survey_about_the_same_datum(folder: Path) -> None:
+    shots = small(read_folder(folder).shots[:3])
+    flight = FlightId("0123", "yard", (shots[0].latitude, shots[0].longitude))
+    provenance = Provenance("yard", SourceKind.PHOTOGRAPHS, flight=flight)
+    surveys = [survey_shots(provenance, ShotSet(some), Grey()).mapped.landed for some in (shots[:2], shots)]
+    assert {finished(landed).origin for landed in surveys} == {
+        f"photographs 0123 {shots[0].latitude:.9f} {shots[0].longitude:.9f}"
+    }
 
 
 @pytest.mark.slow

@@ -44,7 +44,7 @@ class Store:
 
     def __call__(self, flight: Flight, home: Path) -> MapResult:
         """Map the pictures of a flight's folder."""
-        contents = [path.read_bytes() for path in (home / PICTURES).iterdir()]
+        contents = [path.read_bytes() for path in (home / PICTURES).rglob("*") if path.is_file()]
         if self.says:
             return self.says.pop(0)
         if any(b"no picture" in each for each in contents):

@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import sqlite3
 from collections import Counter
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hawk.picture.inbox.app import LEAST_FREE, MOST_TRIES
+from hawk.picture.inbox.journal import Journal
 from hawk.picture.inbox.map_process import MapResult
 from tests.unit.picture.inbox.inboxes import Bench, CutError, cut_after, drop, pictures, rows
 
@@ -61,6 +63,34 @@ def test_a_part_that_comes_later_makes_one_survey_of_both(bench: Bench, flights:
     assert bench.store.mapped == ["north", "north"]
     assert "which came in 2 parts" in bench.report("done/north")
     assert not (bench.inbox / "done/upload-2").exists()
+
+
+def test_a_part_that_could_not_be_mapped_alone_is_mapped_with_the_rest(
+    bench: Bench, flights: list[dict[str, bytes]]
+) -> None:
+    first, second = parts(flights[0])
+    bench.store.says = [MapResult(None, "too few photographs")]
+    drop(bench.inbox / "north", first)
+    bench.run()
+    assert "too few photographs." in bench.report("failed/north")
+    drop(bench.inbox / "rest", second)
+    bench.run()
+    assert list(bench.store.surveys.values()) == [frozenset(flights[0].values())]
+    assert not any((bench.inbox / "failed").iterdir())
+
+
+def test_a_part_that_cannot_be_mapped_leaves_the_survey_of_the_first_one(
+    bench: Bench, flights: list[dict[str, bytes]]
+) -> None:
+    first, second = parts(flights[0])
+    drop(bench.inbox / "north", first)
+    bench.run()
+    bench.store.says = [MapResult(None, "say the height")]
+    drop(bench.inbox / "rest", second)
+    bench.run()
+    survey = rows(bench, "SELECT survey FROM flight")[0][0]
+    assert f"stays in the store: {survey}." in bench.report("failed/north")
+    assert list(bench.store.surveys.values()) == [frozenset(first.values())]
 
 
 def test_a_flight_half_an_hour_later_over_the_same_lot_is_another_one(bench: Bench, tmp_path: Path) -> None:
@@ -122,6 +152,17 @@ def test_what_cannot_be_mapped_is_moved_with_the_remedy_and_the_next_flight_goes
     assert f"hawk-drone map {bench.inbox}/failed/letters/pictures --out letters-survey" in said
 
 
+def test_files_that_no_camera_made_keep_their_folders(bench: Bench) -> None:
+    drop(bench.inbox / "work/a", {"letter.txt": b"no picture 1"})
+    drop(bench.inbox / "work/b/c", {"letter.txt": b"no picture 2"})
+    bench.run()
+    both = {"failed/work/pictures/a/letter.txt", "failed/work/pictures/b/c/letter.txt"}
+    assert bench.tree() == {*both, "failed/work/report.txt"}
+    (bench.inbox / "failed/work").rename(bench.inbox / "work")
+    bench.run()
+    assert bench.tree() == {*both, "failed/work/report.txt"}
+
+
 def test_a_flight_that_is_moved_back_is_tried_again_as_the_same(bench: Bench, flights: list[dict[str, bytes]]) -> None:
     bench.store.says = [MapResult(None, "say the height")]
     drop(bench.inbox / "north", flights[0])
@@ -144,6 +185,14 @@ def test_a_name_that_no_program_can_show_is_made_plain(
     assert kept.name.isprintable()
     assert not kept.name.startswith(".")
     assert len(bench.store.surveys) == 1
+
+
+def test_a_film_is_mapped_by_the_name_that_it_has_then(bench: Bench) -> None:
+    drop(Path(os.fsdecode(os.fsencode(bench.inbox) + b"/films")), {})
+    Path(os.fsdecode(os.fsencode(bench.inbox) + b"/films/\xff:1.MP4")).write_bytes(b"film")
+    bench.run()
+    assert rows(bench, "SELECT source FROM flight") == [("__1.MP4",)]
+    assert (bench.inbox / "done/films/pictures/__1.MP4").read_bytes() == b"film"
 
 
 def test_a_link_out_of_the_folder_is_left_alone(bench: Bench, tmp_path: Path) -> None:
@@ -172,6 +221,26 @@ def test_a_full_disk_waits_and_goes_on_by_itself(bench: Bench, flights: list[dic
     assert "make room" in bench.said[0].words
     bench.free = LEAST_FREE
     bench.run()
+    assert bench.store.mapped == ["north"]
+
+
+def test_a_full_disk_of_the_journal_waits(
+    bench: Bench, flights: list[dict[str, bytes]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    take = Journal._take
+
+    def full(*_: object) -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    monkeypatch.setattr(Journal, "_take", full)
+    drop(bench.inbox / "north", flights[0])
+    with bench.running() as step:
+        for _ in range(3):
+            step()
+        assert [(event.outcome, "disk is full" in event.words) for event in bench.said] == [("waits", True)]
+        monkeypatch.setattr(Journal, "_take", take)
+        for _ in range(3):
+            step()
     assert bench.store.mapped == ["north"]
 
 
@@ -227,9 +296,16 @@ def test_a_drop_that_may_not_be_moved_waits_and_others_go_on(
     bench.run()
     assert bench.store.mapped == ["north"]
     assert [event.flight for event in bench.said if event.outcome == "waits"][:1] == ["locked"]
+    later = {
+        f"again/{name}": data + b"\0" for name, data in flights[0].items()
+    }  # of the same flight, by the same names
+    (bench.inbox / "open/again").mkdir(parents=True)
+    drop(bench.inbox / "open", later)
+    bench.run()
     monkeypatch.setattr(Path, "rename", rename)
     bench.run()
     assert bench.store.mapped == ["north", "locked"]
+    assert frozenset([*flights[0].values(), *later.values()]) in bench.store.surveys.values()
 
 
 Drop = tuple[int, str, int]

@@ -41,6 +41,17 @@ def test_options_that_an_inbox_has_no_use_for_are_named(
     assert words in capsys.readouterr().err
 
 
+def test_a_folder_whose_own_files_would_be_moved_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert main(["map", "--watch", str(tmp_path), "--store", str(tmp_path / "store")]) == 2
+    assert f"--watch: {tmp_path} holds the store" in capsys.readouterr().err
+    monkeypatch.setenv("HOME", str(tmp_path / "home/anna"))
+    assert main(["map", "--watch", str(tmp_path), "--store", str(tmp_path.parent / "store")]) == 2
+    assert "holds a home folder, whose files would be moved" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
 def test_without_an_inbox_source_and_out_are_needed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["map", "--out", str(tmp_path / "out")]) == 2
     assert "SOURCE: is needed without --watch" in capsys.readouterr().err
@@ -80,7 +91,7 @@ def test_two_parts_become_one_survey_though_the_inbox_is_killed(tmp_path: Path) 
     for path in photographs[:4]:
         path.rename(tmp_path / "in/north" / path.name)
     with inbox(tmp_path) as process:
-        read_until(process, "north: begins: 4 pictures")
+        read_until(process, "north: begins: pictures: 4")
         process.send_signal(signal.SIGKILL)
     with inbox(tmp_path) as process:
         line = read_until(process, "north: done|--store: another inbox")

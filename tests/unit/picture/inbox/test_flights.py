@@ -58,6 +58,19 @@ def test_two_cameras_and_two_flights_of_a_folder_are_apart(tmp_path: Path) -> No
     ]  # fmt: skip
 
 
+def test_two_drones_of_one_model_over_one_lot_are_two_flights(tmp_path: Path) -> None:
+    for number, tags in enumerate(({"drone-dji:DroneSerialNumber": "1581A"}, {"drone-dji:DroneSerialNumber": "1581B"})):
+        flight(tmp_path, 3, first=10 * number, tags=tags)
+    one, other = parts(tmp_path)
+    assert [names(part)[0][0] for part in (one, other)] == ["DJI_0000.JPG", "DJI_0010.JPG"]
+    assert continues(one.moments, one.moments)
+    assert not continues(one.moments, other.moments)
+    (tmp_path / "body").mkdir()
+    flight(tmp_path / "body", 2, photo={0xA431: "A"})
+    flight(tmp_path / "body", 2, first=10, photo={0xA431: "B"})
+    assert len(parts(tmp_path, "body")) == 2
+
+
 def test_what_is_no_photograph_stays_with_the_flight_which_says_why(tmp_path: Path) -> None:
     flight(tmp_path, 3)
     (tmp_path / "broken.jpg").write_bytes(b"\xff\xd8\xff")
@@ -96,6 +109,16 @@ def test_what_is_nothing_of_it_is_a_flight_that_will_say_so(tmp_path: Path) -> N
     (tmp_path / "letter.txt").write_text("x")
     (part,) = parts(tmp_path)
     assert (part.title, part.source, names(part)) == ("letter", "", (["letter.txt"], []))
+
+
+def test_a_file_that_breaks_its_reader_is_left_to_the_mapping(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(*_: object) -> None:
+        raise RecursionError
+
+    flight(tmp_path, 1)
+    monkeypatch.setattr("hawk.picture.inbox.flights.read_photograph", broken)
+    (part,) = parts(tmp_path)
+    assert names(part) == (["DJI_0000.JPG"], [])
 
 
 def test_a_file_that_vanishes_is_in_no_flight(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hawk.picture.inbox.folder import ABANDONED_S, DONE, FAILED, HEADING, LOOSE, MAPPING, Folder
+from tests.unit.jpegs import jpeg
 
 SETTLE_S = 60.0
 
@@ -63,6 +64,27 @@ def test_an_upload_that_was_given_up_does_not_keep_the_others_for_ever(folder: F
     assert settled(folder, 0.0) == {}
     assert settled(folder, ABANDONED_S - 1) == {}
     assert settled(folder, ABANDONED_S) == {"north": ["north/a.jpg"]}
+
+
+def test_half_a_photograph_keeps_its_drop(folder: Folder) -> None:
+    put(folder, "north/a.jpg", jpeg())
+    put(folder, "north/b.jpg", jpeg()[:-2])
+    assert settled(folder, 0.0) == {}
+    assert settled(folder, 10 * SETTLE_S) == {}
+    put(folder, "north/b.jpg", jpeg())
+    assert settled(folder, 11 * SETTLE_S) == {}
+    assert settled(folder, 12 * SETTLE_S) == {"north": ["north/a.jpg", "north/b.jpg"]}
+    put(folder, "north/b.jpg", jpeg()[:-2])
+    assert settled(folder, 13 * SETTLE_S) == {}
+    assert settled(folder, 13 * SETTLE_S + ABANDONED_S - 1) == {}
+    assert settled(folder, 13 * SETTLE_S + ABANDONED_S) == {"north": ["north/a.jpg", "north/b.jpg"]}
+
+
+@pytest.mark.parametrize("length", [0, 1, 2, 4])
+def test_a_short_file_is_no_reason_to_fail(folder: Folder, length: int) -> None:
+    put(folder, "a.jpg", b"\xff\xd8\xff\xd9"[:length])
+    assert settled(folder, 0.0) == {}
+    assert settled(folder, ABANDONED_S) == {LOOSE: ["a.jpg"]}
 
 
 def test_a_clock_that_is_set_back_changes_nothing(folder: Folder) -> None:

@@ -6,6 +6,7 @@ import sys
 import threading
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,18 @@ def lock(tmp_path: Path) -> Iterator[int]:
     os.close(descriptor)
 
 
-def run(tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch, program: str, stop: bool = False) -> MapResult:
+OPTIONS = {"height": "60.0", "memory": "900.0", "hfov": "70.0", "place": "exif", "lenses": "lenses.toml"}
+
+
+def run(
+    tmp_path: Path,
+    lock: int,
+    monkeypatch: pytest.MonkeyPatch,
+    program: str,
+    *,
+    stop: bool = False,
+    flight: Flight = FLIGHT,
+) -> MapResult:
     """Run the mapping of a flight with a program in place of the command."""
     script = tmp_path / "program"
     script.write_text(f"#!{sys.executable}\n{program}")
@@ -33,23 +45,43 @@ def run(tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch, program: str
     event = threading.Event()
     if stop:
         threading.Timer(0.3, event.set).start()
-    return MapProcess(tmp_path / "store", ["--height", "60"], event, lock)(FLIGHT, tmp_path / "home")
+    return MapProcess(tmp_path / "store", OPTIONS, event, lock)(flight, tmp_path / "home")
 
 
-def test_the_command_gets_the_flight_and_the_options(
-    tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def given_to(tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch, flight: Flight) -> list[str]:
+    """Return the arguments of the command for a flight."""
     report = map_report("s1").model_dump_json()
-    program = (
-        f"import json, sys\nopen({str(tmp_path / 'said')!r}, 'w').write(json.dumps(sys.argv[1:]))\nprint({report!r})"
-    )
-    assert run(tmp_path, lock, monkeypatch, program).report == map_report("s1")
-    given = json.loads((tmp_path / "said").read_text())
+    kept = tmp_path / "said"
+    program = f"import json, sys\nopen({str(kept)!r}, 'w').write(json.dumps(sys.argv[1:]))\nprint({report!r})"
+    assert run(tmp_path, lock, monkeypatch, program, flight=flight).report == map_report("s1")
+    said: list[str] = json.loads(kept.read_text())
+    return said
+
+
+def test_the_command_gets_the_flight(tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    given = given_to(tmp_path, lock, monkeypatch, FLIGHT)
     assert given[:7] == ["-m", "hawk.cli", "map", "--json", "--resume", "--store", str(tmp_path / "store")]
-    assert given[given.index("--height") + 1] == "60"
     assert json.loads(given[given.index("--flight") + 1]) == {"id": "0123", "name": "north", "datum": [46.8, -92.0]}
     assert given[-2:] == ["--", str(tmp_path / "home/pictures")]
     assert int(given[given.index("--parent-pid") + 1]) == os.getpid()
+
+
+@pytest.mark.parametrize(
+    ("source", "names"),
+    [
+        ("", {"memory", "height", "lenses", "place"}),
+        ("DJI_1.MP4", {"memory", "height", "lenses", "hfov"}),
+        ("flight.mcap", {"memory", "height"}),
+        ("lot.tif", {"memory"}),
+    ],
+)
+def test_each_source_gets_the_options_that_it_has_a_use_for(
+    tmp_path: Path, lock: int, monkeypatch: pytest.MonkeyPatch, source: str, names: set[str]
+) -> None:
+    given = given_to(tmp_path, lock, monkeypatch, replace(FLIGHT, source=source))
+    assert {name for name in OPTIONS if f"--{name}" in given} == names
+    assert all(given[given.index(f"--{name}") + 1] == OPTIONS[name] for name in names)
+    assert given[-1] == str(tmp_path / "home/pictures" / source)
 
 
 @pytest.mark.parametrize(
