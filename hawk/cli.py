@@ -155,6 +155,9 @@ def make_parser() -> argparse.ArgumentParser:
     desk.add_argument("--port", type=values.whole(0, MOST_PORT), help="port to serve the page on, 0 for a free one")
     desk.add_argument("--store", type=values.path, metavar="DIR", help="folder with the store of lots")
     desk.add_argument("--lot", type=values.some, metavar="LOT", help="name or id of the lot whose picture is shown")
+    desk.add_argument(
+        "--collect", action="store_true", help="take surveys that drones send, each by a token of its own"
+    )
     film = commands.add_parser("film", help="write the pictures of a recording as a film (AVI)")
     film.set_defaults(action=_film)
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")
@@ -357,7 +360,7 @@ def _desk(options: argparse.Namespace) -> int:
     config = load_settings(options)
     from hawk.daemon.desk import run_desk  # SQLAlchemy and the web server
 
-    return asyncio.run(run_desk(config, options.lot))
+    return asyncio.run(run_desk(config, options.lot, collects=options.collect))
 
 
 def _show_recording(recording: Path, port: int) -> int:

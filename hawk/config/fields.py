@@ -6,6 +6,7 @@ import base64
 import binascii
 import re
 from collections.abc import Callable
+from ipaddress import ip_address
 from pathlib import Path
 from typing import Annotated, Any
 from urllib.parse import urlsplit
@@ -56,6 +57,21 @@ def _at_least(shortest: int) -> Callable[[SecretStr], SecretStr]:
         return value
 
     return check
+
+
+def _desk(value: SecretUrl) -> SecretUrl:
+    url = urlsplit(_receiver(value).get_secret_value())
+    if url.scheme.lower() != "https" and not _is_here(url.hostname or ""):
+        raise ValueError("must begin with https://: others on this network could read the token")
+    return value
+
+
+def _is_here(host: str) -> bool:
+    """Return True for a host that is this computer."""
+    try:
+        return host == "localhost" or ip_address(host).is_loopback
+    except ValueError:
+        return False
 
 
 def _signing_secret(value: SecretStr) -> SecretStr:
@@ -119,6 +135,7 @@ AutopilotAddress = Annotated[str, AfterValidator(check_autopilot_address)]
 VehicleAddress = Annotated[str, AfterValidator(_vehicle_address)]
 CameraAddress = Annotated[SecretUrl, AfterValidator(_camera)]
 ReceiverAddress = Annotated[SecretUrl, AfterValidator(_receiver)]
+DeskAddress = Annotated[SecretUrl, AfterValidator(_desk)]
 PageHost = Annotated[str, AfterValidator(_page_host)]
 PageName = Annotated[str, AfterValidator(_page_name)]
 PageToken = Annotated[SecretStr, AfterValidator(_at_least(16))]

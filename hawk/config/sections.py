@@ -20,6 +20,7 @@ from hawk.config.fields import (
     CameraAddress,
     Degrees,
     Description,
+    DeskAddress,
     FilePath,
     OperatorId,
     PageHost,
@@ -249,6 +250,23 @@ class WebhooksSettings(Section):
         return self
 
 
+class CollectSettings(Section):
+    """A desk that collects the surveys of this store, by a token of this drone."""
+
+    url: DeskAddress | None = None
+    token_file: FilePath | None = None
+    certificate: FilePath | None = None
+    kbit_s: int = Field(default=0, ge=0, le=1_000_000)
+
+    @model_validator(mode="after")
+    def _fit_together(self) -> CollectSettings:
+        if self.url is not None and self.token_file is None:
+            raise ValueError(
+                "token_file is missing: url needs it; the desk makes the token: hawk-drone tokens rotate drone"
+            )
+        return self
+
+
 DAYS: Final = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
 
 
@@ -305,6 +323,7 @@ class Config(Section):
     web: WebSettings = WebSettings()
     store: StoreSettings = StoreSettings()
     webhooks: WebhooksSettings = WebhooksSettings()
+    collect: CollectSettings = CollectSettings()
     schedule: tuple[ScheduledSurvey, ...] = ()
     watchdog: WatchdogSettings = WatchdogSettings()
     log: LogSettings = LogSettings()

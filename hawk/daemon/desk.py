@@ -10,6 +10,7 @@ import asyncio
 import logging
 import secrets
 import signal
+import time
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -36,6 +37,7 @@ from hawk.lots.store import LotStore, lots_file
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.lot_map import EncodedTile, OccupancyMap
+from hawk.model.operation import Level
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag
@@ -48,6 +50,7 @@ from hawk.web.access.tokens import TokensError, cookie_secret
 from hawk.web.app import WebServer
 from hawk.web.security import InsecureBindingError
 from hawk.web.services import OperatorSide, WebServices
+from hawk.webhooks.documents import DocumentSender
 
 _LOG = logging.getLogger(__name__)
 
@@ -88,20 +91,21 @@ def refuse(_: ClientId, command: Command) -> Outgoing:
     return Ack(id=command.id, accepted=False, reason=say("There is no drone here: lots and plans alone."))
 
 
-async def run_desk(config: Config, lot: str | None, survey: str | None = None) -> int:
+async def run_desk(config: Config, lot: str | None, survey: str | None = None, *, collects: bool = False) -> int:
     """Serve until SIGTERM or SIGINT; return the exit status. Raises ConfigError for what cannot be used.
 
     ``lot``: id or name of the one to begin with; ``survey``: id of the one of it whose address is printed, too.
+    ``collects``: surveys are taken from drones, and the store is made where there is none.
     """
     log = ProgramLog(config.log.level)
     about = {"version": version("hawk-drone"), "port": str(config.web.port)}
     try:
         check_background(config.web)
         path = lots_file(config.store.directory, config.store.lots)
-        if not path.exists():
+        if not path.exists() and not collects:
             raise ConfigError(f"--store: {path} is not there. Name the folder of a drone's files, or restore a backup")
         with held_store(config.store.directory, about):
-            return await _serve(config, path, lot, survey)
+            return await _serve(config, path, lot, survey, collects=collects)
     except StoreInUseError as error:
         raise ConfigError(f"store.directory: {error}. It serves these lots already: open its page") from error
     except (InsecureBindingError, TokensError) as error:
@@ -114,14 +118,14 @@ async def run_desk(config: Config, lot: str | None, survey: str | None = None) -
         log.close()
 
 
-async def _serve(config: Config, path: Path, lot: str | None, survey: str | None) -> int:
+async def _serve(config: Config, path: Path, lot: str | None, survey: str | None, *, collects: bool) -> int:
     store = LotStore(path, find_stalls)
     try:
         if notice := await store.open():
             _LOG.warning("%s", notice)
         under = await store.read(lambda connection: ground_under(connection, pictures_of(path), lot))
         place = f"#/lots/{lot}/{survey}" if lot and survey else ""
-        await _serve_page(config, store, Recordings(config.store), under, place)
+        await _serve_page(config, store, Recordings(config.store), under, place, collects=collects)
     finally:
         await store.close()
     return 0
@@ -140,7 +144,13 @@ async def run_replay(config: Config, recording: Path) -> int:
 
 
 async def _serve_page(
-    config: Config, store: LotStore | None, recordings: Recordings, under: Under | None, place: str
+    config: Config,
+    store: LotStore | None,
+    recordings: Recordings,
+    under: Under | None,
+    place: str,
+    *,
+    collects: bool = False,
 ) -> None:
     clock, lag = Clock(), LoopLag()
     status: Topic[DroneStatus] = Topic("status", clock)
@@ -162,6 +172,7 @@ async def _serve_page(
             is_desk=True,
             settings=settings(config, reference_text()),
             lots=store,
+            collects=collects,
             due=partial(moments_due, config.schedule),
             recordings=recordings,
             cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),
@@ -180,10 +191,23 @@ async def _serve_page(
         print(line, flush=True)
     if store is None:
         print(f"hawk: the recording: {page.url.rstrip('/')}/{place}", flush=True)
+    sending = asyncio.create_task(_send_on(config, store), name="collect")
     try:
         await _speak(status, clock, under)
     finally:
+        sending.cancel()
+        await asyncio.gather(sending, return_exceptions=True)
         await server.close()
+
+
+async def _send_on(config: Config, store: LotStore | None) -> None:
+    """Send surveys of the store to the desk that collects them, where the settings name one."""
+    if store is not None:
+        await DocumentSender(store, config.collect, time.time, lambda: False, _log_message).run()
+
+
+def _log_message(level: Level, text: str, details: str) -> None:
+    _LOG.log(logging.getLevelNamesMapping()[level.upper()], "%s %s", text, details)
 
 
 async def _speak(status: Topic[DroneStatus], clock: Clock, under: Under | None) -> None:

@@ -9,6 +9,7 @@ same id. Times are UTC, Unix seconds.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -89,6 +90,14 @@ def note_sent(connection: Connection, message: Message, target: str, now: float)
     _put(connection, message, target, now, sent=now)
     is_old = (OUTBOX.c.made < now - KEPT_S) & (OUTBOX.c.seq < message.seq)
     connection.execute(delete(OUTBOX).where(is_old, OUTBOX.c.kind.not_in(states.KINDS)))
+
+
+def note_states_sent(connection: Connection, states_sent: Collection[int], target: str, now: float) -> None:
+    """Note that a receiver has got states of surveys and lots, by their numbers; those that are gone are left out."""
+    asked = _ASKED.outerjoin(DELIVERY, and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target))
+    for row in connection.execute(asked.where(OUTBOX.c.seq.in_(states_sent), OUTBOX.c.kind.in_(states.KINDS))).all():
+        message = Message(row.seq, row.kind, row.body, row.made, row.tries or 0)
+        _put(connection, message, target, now, sent=now)
 
 
 def give_up(connection: Connection, message: Message, target: str, now: float) -> None:

@@ -19,7 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from hawk.lots.values import LotStoreError, Register, Saved, StoreBusyError
+from hawk.lots.values import LotInputError, LotStoreError, Register, Saved, StoreBusyError
 from hawk.model.lot_map import EncodedTile, TileKey
 from hawk.runtime.late import late
 from hawk.runtime.process import set_niceness
@@ -28,6 +28,8 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
 
     from hawk.lots import ingest, outbox
+    from hawk.lots.documents import collection, survey_document
+    from hawk.lots.documents.collection import DocumentOutcome
     from hawk.lots.storage import backup, database
     from hawk.lots.storage.backup import FlightLock
     from hawk.lots.storage.database import Database
@@ -40,6 +42,8 @@ else:
     outbox = late("hawk.lots.outbox")
     pictures = late("hawk.lots.survey.pictures")
     ingest = late("hawk.lots.ingest")
+    collection = late("hawk.lots.documents.collection")
+    survey_document = late("hawk.lots.documents.survey_document")
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -115,6 +119,31 @@ class LotStore:
                 outbox.date(connection, before, self._wall())
             self._keep_picture(saved.survey, landed.current.mosaic)
             return saved
+
+        return await self._run(work)
+
+    async def collect(self, data: bytes, survey: str, drone: str) -> DocumentOutcome:
+        """Take in the document of a survey that a drone has sent; it is committed, with its picture, then.
+
+        Args:
+            data: The document, as `hawk.lots.documents.survey_document` packs it.
+            survey: Id that the document must have.
+            drone: Name of the drone.
+
+        Raises LotInputError, OtherDroneError, ErasedError, LotStoreError; nothing is written then.
+        """
+
+        def work() -> DocumentOutcome:
+            document = survey_document.unpacked(data)
+            if document.survey.id != survey:
+                raise LotInputError("survey.id", f"must be the id of the address, {survey}")
+            with self._opened().writing() as connection:
+                found = collection.collect(connection, document, drone, self.register)
+            if found.has_newer_picture:
+                self._keep_picture(survey, document.pictures)
+                with self._opened().writing() as connection:
+                    collection.note_picture(connection, found.seq, document.survey.state)
+            return found
 
         return await self._run(work)
 

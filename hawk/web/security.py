@@ -19,12 +19,14 @@ from aiohttp.typedefs import Handler
 
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import WebSettings
+from hawk.web.access.access import access_of
 from hawk.web.access.admission import TOKEN_PARAMETER, Admission
 from hawk.web.access.login_page import LOGIN, PUBLIC, WRONG, LoginPage
 from hawk.web.access.proxied import forwarding_header, is_secure, place
 from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens
 from hawk.web.api import is_for_everybody_here
+from hawk.web.v1.documents import FOR_DRONES_ALONE, is_for_drones
 from hawk.web.v1.links import is_for_links
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})
@@ -109,7 +111,9 @@ class RequestCheck:
     def _admit(self, request: web.Request) -> web.StreamResponse | None:
         """Return None for a request that may go on, else its answer; a browser is shown the login page."""
         try:
-            return self._admission.admit(request)
+            answer = self._admission.admit(request)
+            _check_drone(request)
+            return answer
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
             is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))
             if not is_page or "text/html" not in request.headers.get(hdrs.ACCEPT, ""):
@@ -165,6 +169,13 @@ class RequestCheck:
                 raise web.HTTPForbidden(
                     text="Origin: only the page of this server may do that; a proxy must pass the header Host on"
                 )
+
+
+def _check_drone(request: web.Request) -> None:
+    """Refuse a drone's token everywhere but at the addresses for drones. Raises HTTPForbidden."""
+    access = access_of(request)
+    if access is not None and access.drone and not is_for_drones(request):
+        raise web.HTTPForbidden(text=FOR_DRONES_ALONE)
 
 
 def headers_adder(tls: Tls | None) -> Callable[[web.Request, web.StreamResponse], Awaitable[None]]:

@@ -110,6 +110,8 @@ class WebServices:
     Raises ValueError with the words for a file that holds none."""
     is_desk: bool = False
     """No drone is here: the page shows lots and plans alone."""
+    collects: bool = False
+    """Documents of surveys are taken from drones."""
     due: Callable[[str, str, float | None, float, int], list[datetime]] = lambda *_: []
     """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
     for how many days.

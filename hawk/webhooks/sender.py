@@ -1,7 +1,6 @@
 """Sends the messages of the outbox to each receiver, in their order, until it says yes or seven days are over.
 
-One receiver waits for no other one, and the flight for none: nothing is sent while the motors are on. A receiver
-that hangs, redirects or answers without end costs a try.
+One receiver waits for no other one, and the flight for none: nothing is sent while the motors are on.
 """
 
 from __future__ import annotations
@@ -11,18 +10,18 @@ import contextlib
 import hashlib
 import logging
 from collections.abc import AsyncIterator, Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING
 
 import aiohttp
 
-from hawk.config.secrets import SecretUrl, without
+from hawk.config.secrets import SecretUrl
 from hawk.config.sections import WebhooksSettings
 from hawk.lots.store import LotStore
-from hawk.lots.values import LotStoreError
 from hawk.model.operation import Level
 from hawk.model.sentences import say
 from hawk.runtime.late import late
+from hawk.webhooks.delivery import WARNED_AT, SenderTimes, keep_sending, tried
 from hawk.webhooks.network import PublicResolver, check_literal
 
 if TYPE_CHECKING:
@@ -36,18 +35,6 @@ else:
     signature = late("hawk.webhooks.signature")
 
 _LOG = logging.getLogger(__name__)
-WARNED_AT: Final = 6
-"""Failed tries of a message at which the operator hears of it: twenty minutes."""
-LARGEST_ANSWER: Final = 64 * 1024
-"""Bytes of an answer that are read; the connection is closed then."""
-
-
-@dataclass(frozen=True, slots=True)
-class SenderTimes:
-    """Real seconds: between two looks into the outbox, and for a whole try."""
-
-    look_s: float = 10.0
-    try_s: float = 20.0
 
 
 class WebhookSender:
@@ -88,15 +75,8 @@ class WebhookSender:
                 group.create_task(self._serve(session, url), name="webhook")
 
     async def _serve(self, session: aiohttp.ClientSession, url: SecretUrl) -> None:
-        while True:
-            try:
-                while not self._is_flown() and await self.send_one(session, url):
-                    pass
-            except LotStoreError as error:
-                _LOG.warning("webhooks: the outbox cannot be read: %s", error)
-            except Exception:  # an error with one receiver must not end the others
-                _LOG.exception("webhook %s failed", url.host)
-            await asyncio.sleep(self._times.look_s)
+        send, may_send = partial(self.send_one, session, url), lambda: not self._is_flown()
+        await keep_sending(f"webhook {url.host}", may_send, send, self._times.look_s)
 
     async def send_one(self, session: aiohttp.ClientSession, url: SecretUrl) -> bool:
         """Try the next message that is due for a receiver; return False when there was none. Raises LotStoreError."""
@@ -126,18 +106,10 @@ class WebhookSender:
         try:
             if not self._settings.allow_private:
                 check_literal(url.get_secret_value())
-            async with asyncio.timeout(self._times.try_s):
-                async with session.post(
-                    url.get_secret_value(), data=body, headers=headers, allow_redirects=False
-                ) as answer:
-                    await answer.content.read(LARGEST_ANSWER)
-                    answer.close()  # whatever more it says
-                    return "" if 200 <= answer.status < 300 else _refused(answer)
-        except TimeoutError:
-            return f"gave no answer within {self._times.try_s:g} s"
-        except (aiohttp.ClientError, OSError, ValueError) as error:
-            cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
-            return without(str(cause), url.secrets()) or type(error).__name__
+        except OSError as error:
+            return str(error)
+        seconds = self._times.try_s
+        return (await tried(session, "POST", url, seconds, "webhooks.urls", data=body, headers=headers)).problem
 
     def _key(self) -> str:
         return "" if self._settings.secret is None else self._settings.secret.get_secret_value()
@@ -158,12 +130,6 @@ class WebhookSender:
             self._add_message(
                 "warning", say("The receiver {name} takes no report; it is tried on.", name=name), problem
             )
-
-
-def _refused(answer: aiohttp.ClientResponse) -> str:
-    if 300 <= answer.status < 400:
-        return f"redirects (HTTP {answer.status}): write its final address into webhooks.urls"
-    return f"answered HTTP {answer.status}"
 
 
 def target_of(url: SecretUrl) -> str:

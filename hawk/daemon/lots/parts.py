@@ -23,6 +23,7 @@ from hawk.lots.survey.landing import LandingFacts
 from hawk.model.operation import Level, StateName
 from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
+from hawk.webhooks.documents import DocumentSender
 from hawk.webhooks.sender import WebhookSender
 
 
@@ -35,6 +36,7 @@ class LotParts:
     known: KnownLotFollower
     tours: TourKeeper
     webhooks: WebhookSender
+    documents: DocumentSender
     schedule: Schedule
 
     @classmethod
@@ -55,13 +57,15 @@ class LotParts:
         known = KnownLotFollower(store, datum, survey, add_message, tours=tours)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored, stored=known.wake)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
+        documents = DocumentSender(store, config.collect, time.time, lambda: keeper.is_armed, add_message)
         schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)
-        return cls(store, keeper, known, tours, webhooks, schedule)
+        return cls(store, keeper, known, tours, webhooks, documents, schedule)
 
     def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
         """Return what runs until the end, by its name."""
         keeping = (("lot-keeper", self.keeper.run), ("known-lot", self.known.run))
-        return (*keeping, ("webhooks", self.webhooks.run), ("schedule", self.schedule.run))
+        sending = (("webhooks", self.webhooks.run), ("collect", self.documents.run))
+        return (*keeping, *sending, ("schedule", self.schedule.run))
 
     async def close(self) -> None:
         """End the store and the planning of tours."""

@@ -40,7 +40,7 @@ _PLACE: Final = ("lot", "layout", "placed", "candidates", "north", "east", "turn
 
 @dataclass(frozen=True, slots=True)
 class DocumentOutcome:
-    """Outcome. ``state``: the newest one here; ``wants_picture``: the document has a newer picture than is kept here.
+    """Outcome. ``state``: the newest one here; ``has_newer_picture``: the document has one that is to be kept.
 
     ``keeps_plan``: a lot's plan does not follow the documents: a person here has changed it, or it is another drone's.
     """
@@ -49,7 +49,7 @@ class DocumentOutcome:
     survey: str
     lot: str | None
     state: int
-    wants_picture: bool
+    has_newer_picture: bool
     keeps_plan: bool
 
 
@@ -80,13 +80,13 @@ def collect(
     found = _document_row(connection, seq)
     assert found is not None  # noqa: S101 - it was written
     lot = connection.execute(select(SURVEY.c.lot).where(SURVEY.c.seq == seq)).scalar()
-    wants_picture = bool(document.mosaic) and found["picture"] < state
-    return DocumentOutcome(seq, document.survey.id, lot, int(found["state"]), wants_picture, not all(current))
+    has_newer_picture = bool(document.mosaic) and found["picture"] < state
+    return DocumentOutcome(seq, document.survey.id, lot, int(found["state"]), has_newer_picture, not all(current))
 
 
-def note_picture(connection: Connection, collected: DocumentOutcome, state: int) -> None:
-    """Note that the picture of a document is kept."""
-    connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == collected.seq).values(picture=state))
+def note_picture(connection: Connection, seq: int, state: int) -> None:
+    """Note that the picture of a document is kept. ``seq``: number of the survey."""
+    connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == seq).values(picture=state))
 
 
 def _check_not_erased(connection: Connection, document: SurveyDocument) -> None:

@@ -21,7 +21,7 @@ from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.values import SectionKind
 from hawk.lots.survey.source import Limit, SourceKind, SurveyKind
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE, LotInputError, Placed, is_shown
-from hawk.model.lot_map import TILE_CELLS, StallState
+from hawk.model.lot_map import TILE_CELLS, EncodedTile, StallState, TileKey
 
 FORMAT: Final = "hawk survey"
 VERSION: Final = 1
@@ -294,6 +294,11 @@ class SurveyDocument(Part):
     sections: Annotated[tuple[SectionLook, ...], Field(max_length=MOST)]
     lots: Annotated[tuple[LotPart, ...], Field(max_length=1000)]
     mosaic: Annotated[tuple[Tile, ...], Field(max_length=10_000)]
+
+    @property
+    def pictures(self) -> dict[TileKey, EncodedTile]:
+        """The tiles of the picture."""
+        return {(each.row, each.column): EncodedTile(1, each.jpeg) for each in self.mosaic}
 
 
 def packed(document: SurveyDocument) -> bytes:

@@ -28,6 +28,8 @@ class Access:
     """Name of the token; None: no token is asked for."""
     login: Login | None = None
     """The login of the cookie; None for a token in the header or the address, and where none is asked for."""
+    drone: str = ""
+    """Name of the drone whose token it is: it has no role, and only the addresses for drones are open to it."""
 
 
 ACCESS: Final = web.RequestKey("access", Access)
@@ -47,6 +49,8 @@ class AccessBook:
         """Return False once its login has ended, or its token is another."""
         if access.login is not None:
             return self.logins.is_live(access.login, self.tokens)
+        if access.drone:
+            return access.proof == self.tokens.drone_proof(access.drone)
         if access.proof is None:
             return not self.tokens
         return access.proof == self.tokens.proof(access.role)
@@ -204,7 +208,7 @@ class AccessKeeper:
         tokens = self._joined(kept)
         if tokens != self._book.tokens:
             self._book.tokens = tokens
-            LOG.info("the tokens have changed: %s", ", ".join(role.value for role in kept.by_role))
+            LOG.info("the tokens have changed: %s", ", ".join([*(role.value for role in kept.by_role), *kept.drones]))
 
     async def _elsewhere(self, work: Callable[[], _T]) -> _T:
         return await asyncio.get_running_loop().run_in_executor(self._executor, work)

@@ -108,6 +108,9 @@ class Admission:
             return self._address_of_one_who_is_known(request, known)
         scheme, _, bearer = request.headers.get(hdrs.AUTHORIZATION, "").partition(" ")
         given = [bearer.strip()] if scheme.lower() == "bearer" else []
+        if given and (drone := self._drone(request, given[0])) is not None:
+            request[ACCESS] = drone
+            return None
         is_link = _is_page(request) and bool(request.query.get(TOKEN_PARAMETER))
         if request.query.get(TOKEN_PARAMETER) and not (is_link and _is_foreign(request)):
             given.append(request.query[TOKEN_PARAMETER])
@@ -116,6 +119,15 @@ class Admission:
             raise web.HTTPUnauthorized(text=LOG_IN_FIRST, headers={hdrs.WWW_AUTHENTICATE: BEARER})
         request[ACCESS] = Access(role, self._book.tokens.proof(role))
         return self.log_in(request, role) if is_link else None
+
+    def _drone(self, request: web.Request, given: str) -> Access | None:
+        """Return the access of a drone by its token; None for another one. Raises as `prove`."""
+        self._check_wait(request)
+        name = self._book.tokens.drone_of(given)
+        if name is None:
+            return None
+        self._guesses.right(network_of(request.remote))
+        return Access(Role.VIEWER, self._book.tokens.drone_proof(name), drone=name)
 
     def by_login(self, request: web.Request) -> Access | None:
         """Return the access of the request's cookie, None when its login has ended or there is none."""
@@ -129,13 +141,8 @@ class Admission:
         A guess is counted and logged: a token that was valid, or is that of another role, is none. Raises 429 while the
         request's address has to wait.
         """
+        self._check_wait(request)
         address = network_of(request.remote)
-        wait = self._guesses.wait_s(address)
-        if wait > 0 and not self._keeps_place(request):
-            raise web.HTTPTooManyRequests(
-                text=f"Too many wrong tokens came from your address: wait {math.ceil(wait)} s, send the right one.",
-                headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
-            )
         found = [self._book.tokens.role_of(each, only) for each in given]
         role = next((each for each in found if each is not None), None)
         if role is not None:
@@ -144,6 +151,15 @@ class Admission:
         for guess in (each for each in given if not self._book.tokens.is_or_was_one(each)):
             self._log.warning("wrong token from %s, its %d.", address, self._guesses.wrong(address, guess))
         return None
+
+    def _check_wait(self, request: web.Request) -> None:
+        """Refuse a token from an address that has to wait. Raises 429."""
+        wait = self._guesses.wait_s(network_of(request.remote))
+        if wait > 0 and not self._keeps_place(request):
+            raise web.HTTPTooManyRequests(
+                text=f"Too many wrong tokens came from your address: wait {math.ceil(wait)} s, send the right one.",
+                headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
+            )
 
     def log_in(self, request: web.Request, role: Role) -> web.StreamResponse:
         """Begin a login in place of the one that the browser has; send it to the page, without a token in the address.

@@ -7,7 +7,7 @@ import sys
 from typing import Any, Final
 from urllib.parse import quote
 
-from hawk.comm.protocol.authority import Role
+from hawk.comm.protocol.authority import Role, cleaned
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import Config, ConfigError
@@ -19,17 +19,25 @@ from hawk.web.access.tls import (
     make_certificate,
     usual_names,
 )
-from hawk.web.access.tokens import TOKEN_FILE, TokensError, read_tokens, rotate
+from hawk.web.access.tokens import TOKEN_FILE, TokensError, read_tokens, remove_drone, rotate, rotate_drone
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
+DRONE: Final = "drone"
 
 
 def add_access_commands(commands: Any) -> None:
     """Add both commands to the subparsers of the command line."""
-    tokens = commands.add_parser("tokens", help="make a new token for a role: the old one and its logins end")
-    tokens.add_argument("work", choices=("rotate",), help="make a new token and print it once")
-    tokens.add_argument("role", choices=[role.value for role in Role], help="the role that proves itself by it")
-    tokens.set_defaults(action_of=_rotate)
+    tokens = commands.add_parser(
+        "tokens", help="make a new token for a role or a drone: the old one and its logins end"
+    )
+    tokens.add_argument(
+        "work", choices=("rotate", "remove"), help="make a new token and print it once, or remove that of a drone"
+    )
+    tokens.add_argument("role", choices=[*(role.value for role in Role), DRONE], help="who proves itself by it")
+    tokens.add_argument(
+        "--name", type=_drone_name, metavar="NAME", help="name of the drone that sends its surveys to this store"
+    )
+    tokens.set_defaults(action_of=_tokens)
     certificate = commands.add_parser("make-certificate", help="make a self-signed certificate for the page (HTTPS)")
     certificate.add_argument(
         "--name",
@@ -60,6 +68,37 @@ def _run(options: argparse.Namespace) -> int:
         field, folder = ("store.directory", config.store.directory) if given is None else ("--out", given)
         words = f"{error.filename or folder} cannot be used: {error.strerror or error}"
         raise ConfigError(f"{field}: {words}; name a folder that this user may write") from error
+
+
+def _drone_name(text: str) -> str:
+    try:
+        return cleaned(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from error
+
+
+def _tokens(options: argparse.Namespace, config: Config) -> int:
+    if options.role == DRONE and options.name is None:
+        raise ConfigError('--name: is missing: a drone has a name, as "Drone 2"')
+    if options.role != DRONE and (options.name is not None or options.work == "remove"):
+        raise ConfigError("tokens: roles have no name, and keep a token: rotate it")
+    return _rotate_drone(options, config) if options.role == DRONE else _rotate(options, config)
+
+
+def _rotate_drone(options: argparse.Namespace, config: Config) -> int:
+    """Print the token of a drone on standard output, and what it is good for on standard error."""
+    path = config.store.directory / TOKEN_FILE
+    if options.work == "remove":
+        remove_drone(path, options.name)
+        _say(f"The token of {options.name} opens nothing any more; its surveys stay.")
+        return 0
+    if config.web.token is None and Role.OPERATOR not in read_tokens(path).by_role:
+        remedy = f"make it first: hawk-drone tokens rotate operator --store {config.store.directory}"
+        raise ConfigError(f"tokens: {path} has no operator's token; {remedy}")
+    print(rotate_drone(path, options.name))
+    _say(f"This is the token of {options.name}. It is shown once; {path} holds its hash only.")
+    _say("It sends surveys of this drone to hawk-drone desk --collect, and reads lots there: nothing else.")
+    return 0
 
 
 def _rotate(options: argparse.Namespace, config: Config) -> int:

@@ -1,4 +1,4 @@
-"""The tokens of the roles, hashed at rest, and the secret by which the page's cookies are known again.
+"""The tokens of the roles and of drones, hashed at rest, and the secret by which the page's cookies are known again.
 
 A token that hawk makes has 128 random bits: nobody can try 2**128 of them at any speed of the hash, so a salted SHA-256
 is enough, and a guess costs the flight microseconds.
@@ -65,15 +65,17 @@ class HashedToken:
 
 @dataclass(frozen=True, slots=True)
 class Tokens:
-    """The token of each role that has one."""
+    """The token of each role that has one, and those of drones, by their names."""
 
     by_role: Mapping[Role, HashedToken] = field(default_factory=dict)
+    drones: Mapping[str, HashedToken] = field(default_factory=dict)
+    """They prove no role: such a drone sends documents of its surveys, and reads lots."""
     former: tuple[HashedToken, ...] = ()
     """Those that others took the place of, the newest first: they prove nothing, and to send one is no guess."""
 
     def __bool__(self) -> bool:
         """Return True when a token is asked for."""
-        return bool(self.by_role)
+        return bool(self.by_role or self.drones)
 
     def role_of(self, given: str, only: Role | None = None) -> Role | None:
         """Return the role that a token proves. Every token is compared, whatever the first comparison says.
@@ -87,11 +89,22 @@ class Tokens:
 
     def is_or_was_one(self, given: str) -> bool:
         """Return True for a token of any role, valid or not any more. Every one is compared."""
-        return sum(token.is_same(given) for token in (*self.by_role.values(), *self.former)) > 0
+        every = (*self.by_role.values(), *self.drones.values(), *self.former)
+        return sum(token.is_same(given) for token in every) > 0
+
+    def drone_of(self, given: str) -> str | None:
+        """Return the name of the drone whose token this is. Every one is compared."""
+        same = [name for name, token in self.drones.items() if token.is_same(given)]
+        return same[0] if same else None
 
     def proof(self, role: Role) -> str | None:
         """Return the name of a role's present token."""
         token = self.by_role.get(role)
+        return None if token is None else token.proof
+
+    def drone_proof(self, name: str) -> str | None:
+        """Return the name of a drone's present token."""
+        token = self.drones.get(name)
         return None if token is None else token.proof
 
 
@@ -111,27 +124,58 @@ def read_tokens(path: Path) -> Tokens:
             raise ValueError("it is too large")
         held = json.loads(data)
         found = {Role(name): _read(value) for name, value in held["tokens"].items()}
+        drones = {str(name): _read(value) for name, value in held.get("drones", {}).items()}
         former = tuple(_read(value) for value in held.get("former", ()))[:FORMER]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise TokensError(
             f"{path} is damaged ({error}): remove it, then make new tokens with hawk-drone tokens rotate operator"
         ) from error
-    return Tokens(found, former)
+    return Tokens(found, drones, former)
 
 
 def rotate(path: Path, role: Role) -> str:
     """Give a role a new token, keep its hash in the file, return the token. Raises TokensError, OSError."""
+    tokens, (token, hashed) = read_tokens(path), _made()
+    _write(path, replace(tokens, by_role={**tokens.by_role, role: hashed}), tokens.by_role.get(role))
+    return token
+
+
+def rotate_drone(path: Path, name: str) -> str:
+    """Give a drone a new token as `rotate` does a role. Raises TokensError, OSError."""
+    tokens, (token, hashed) = read_tokens(path), _made()
+    _write(path, replace(tokens, drones={**tokens.drones, name: hashed}), tokens.drones.get(name))
+    return token
+
+
+def remove_drone(path: Path, name: str) -> None:
+    """Let the token of a drone open nothing from now on. Raises TokensError, OSError."""
     tokens = read_tokens(path)
+    if name not in tokens.drones:
+        names = ", ".join(sorted(tokens.drones)) or "none"
+        raise TokensError(f"--name: no drone is called {name!r} in {path}; there are {names}")
+    left = {each: token for each, token in tokens.drones.items() if each != name}
+    _write(path, replace(tokens, drones=left), tokens.drones[name])
+
+
+def _made() -> tuple[str, HashedToken]:
+    """Return a new token with its hash."""
     token = secrets.token_urlsafe(TOKEN_BYTES)
     made = datetime.now(UTC).isoformat(timespec="seconds")
-    by_role = {**tokens.by_role, role: HashedToken.of(token, secrets.token_bytes(_SALT_BYTES), made)}
-    replaced = [tokens.by_role[role]] if role in tokens.by_role else []
-    former = [_written(each) for each in (*replaced, *tokens.former)][:FORMER]
-    written = {each.value: _written(hashed) for each, hashed in by_role.items()}
+    return token, HashedToken.of(token, secrets.token_bytes(_SALT_BYTES), made)
+
+
+def _write(path: Path, tokens: Tokens, replaced: HashedToken | None) -> None:
+    """Keep the hashes in the file; ``replaced``: one that proves nothing from now on."""
+    gone = () if replaced is None else (replaced,)
+    held = {
+        "version": 1,
+        "tokens": {role.value: _written(hashed) for role, hashed in tokens.by_role.items()},
+        "drones": {name: _written(hashed) for name, hashed in tokens.drones.items()},
+        "former": [_written(each) for each in (*gone, *tokens.former)][:FORMER],
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_private(path, json.dumps({"version": 1, "tokens": written, "former": former}, indent=2).encode())
+    write_private(path, json.dumps(held, indent=2).encode())
     leave_to_owner(path)
-    return token
 
 
 def with_configured(kept: Tokens, configured: SecretStr | None, salt: bytes) -> Tokens:

@@ -172,6 +172,14 @@ class Problem(Shown):
     sentences: Annotated[list[SpokenSentence], Field(description="`detail`, and those in it")]
 
 
+class SurveyState(Shown):
+    """A survey that was sent as a document: its newest state here, and its lot."""
+
+    survey: Id
+    state: Count
+    lot: Id | None
+
+
 class DueList(Shown):
     """Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them."""
 

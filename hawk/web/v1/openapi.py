@@ -23,7 +23,7 @@ from openapi_pydantic.v3.v3_1 import (
 )
 from pydantic import BaseModel
 
-from hawk.web.v1.answers import JSON, PROBLEM
+from hawk.web.v1.answers import PROBLEM
 from hawk.web.v1.bodies import Problem
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import AGAIN, Query
@@ -33,10 +33,10 @@ TITLE: Final = "hawk"
 VERSION: Final = "1"
 WORDS: Final = """Lots, layouts, stalls, zones, surveys, observations, statistics and recordings of a drone or a desk.
 
-Viewers may read, operators may change. Lists come in parts: `next` of one part is `after` of the next one. An answer
-has an ETag: send it as `If-None-Match` to the same address, and 304 says that nothing has changed. A refusal is a
-problem (RFC 9457) that names the value and the remedy. Times are UTC, angles radians, lengths metres, where nothing
-else is said."""
+Viewers may read, operators may change; drones send surveys, and read lots. Lists come in parts: `next` of one part is
+`after` of the next one. An answer has an ETag: send it as `If-None-Match` to the same address, and 304 says that
+nothing has changed. A refusal is a problem (RFC 9457) that names the value and the remedy. Times are UTC, angles
+radians, lengths metres, where nothing else is said."""
 _FIELDS: Final = {
     "id": "id (UUID)",
     "version": "version of the layout",
@@ -72,7 +72,7 @@ def document(operations: tuple[Operation, ...], base: str, version: str) -> dict
         item = paths.setdefault(each.path, PathItem())
         setattr(item, each.method.lower(), _described(each))
     tags = [Tag(name=tag) for tag in dict.fromkeys(each.tag for each in operations)]
-    scheme = SecurityScheme(type="http", scheme="bearer", description="a viewer's or an operator's token")
+    scheme = SecurityScheme(type="http", scheme="bearer", description="a token of a viewer, an operator or a drone")
     made = OpenAPI(
         openapi="3.1.0",
         info=Info(title=TITLE, version=version, description=WORDS),
@@ -97,13 +97,23 @@ def _described(operation: Operation) -> Described:
     return Described(
         operationId=operation.name,
         summary=operation.text,
-        description="For operators." if operation.is_change or operation.for_operators else None,
+        description=_for_whom(operation),
         tags=[operation.tag],
         parameters=[*_in_path(operation), *_in_query(operation.query)] or None,
-        requestBody=_file() if operation.takes_file else None if operation.body is None else _body(operation.body),
+        requestBody=_file()
+        if operation.takes_file
+        else None
+        if operation.body is None
+        else _body(operation.body, operation.body_type),
         responses=answers,
         security=[{}] if operation.is_open else None,
     )
+
+
+def _for_whom(operation: Operation) -> str | None:
+    if operation.for_drones:
+        return "For drones."
+    return "For operators." if operation.is_change or operation.for_operators else None
 
 
 def _has_tag(operation: Operation) -> bool:
@@ -133,8 +143,8 @@ def _problem(words: str) -> Response:
     return Response(description=words, content=content)
 
 
-def _body(model: type[BaseModel]) -> RequestBody:
-    content = {JSON: MediaType(media_type_schema=PydanticSchema(schema_class=model))}
+def _body(model: type[BaseModel], content_type: str) -> RequestBody:
+    content = {content_type: MediaType(media_type_schema=PydanticSchema(schema_class=model))}
     is_needed = any(field.is_required() for field in model.model_fields.values())
     return RequestBody(required=is_needed, content=content)
 

@@ -18,9 +18,10 @@ from hawk.web.v1.unknown import PATTERNS
 class Operation:
     """An address. ``path`` begins below `hawk.web.v1.answers.ROOT`; ``tag`` is its group in the documentation.
 
-    ``answer``: type of the answer; None for a file, which is of one of the ``content_types``. ``takes_file``: the body
-    is a file, whatever it holds. ``has_tag``: the answer has an ETag. ``for_operators``: viewers may not read it.
-    ``is_open``: a field of the path is a link's token, and no login is asked for.
+    ``answer``: type of the answer; None for a file, which is of one of the ``content_types``. ``body_type``: that of
+    the body. ``takes_file``: the body is a file, whatever it holds. ``has_tag``: the answer has an ETag.
+    ``for_operators``: viewers may not read it. ``for_drones``: drones alone may do it. ``is_open``: a field of the
+    path is a link's token, and no login is asked for.
     """
 
     method: str
@@ -32,10 +33,12 @@ class Operation:
     answer: type[Any] | None
     query: type[Query] = Query
     body: type[BaseModel] | None = None
+    body_type: str = JSON
     content_types: tuple[str, ...] = (JSON,)
     takes_file: bool = False
     has_tag: bool = True
     for_operators: bool = False
+    for_drones: bool = False
     is_open: bool = False
 
     @property

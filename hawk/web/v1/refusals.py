@@ -12,9 +12,11 @@ from hawk.comm.protocol.authority import Role
 from hawk.lots.values import (
     DAMAGED,
     BeingEditedError,
+    ErasedError,
     LotInputError,
     LotStoreError,
     NotFoundError,
+    OtherDroneError,
     StoreBusyError,
     utc,
 )
@@ -52,6 +54,10 @@ def refusal_of(error: Exception) -> RefusedError:
             return RefusedError(web.HTTPUnprocessableEntity.status_code, error.field, error.reason)
         case NotFoundError():
             return RefusedError(web.HTTPNotFound.status_code, *_named(error))
+        case OtherDroneError():
+            return RefusedError(web.HTTPForbidden.status_code, *_of(error))
+        case ErasedError():
+            return RefusedError(web.HTTPGone.status_code, *_of(error))
         case StoreBusyError():
             return RefusedError(web.HTTPServiceUnavailable.status_code, "", str(error))
         case BeingEditedError():
@@ -73,6 +79,12 @@ def _named(error: Exception) -> tuple[str, str]:
     field, separator, reason = str(error).removeprefix("--").partition(": ")
     is_field = bool(separator) and field.isidentifier()
     return (field, reason) if is_field else ("", str(error))
+
+
+def _of(error: Exception) -> tuple[str, str]:
+    """Return the field of a document that an error names, and the reason."""
+    field, _, reason = str(error).partition(": ")
+    return field, reason
 
 
 def check_operator(request: web.Request, words: str) -> None:

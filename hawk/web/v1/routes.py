@@ -10,7 +10,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
-from hawk.web.v1 import films, plan_files, reports
+from hawk.web.v1 import documents, films, plan_files, reports
 from hawk.web.v1.answers import KEPT, OPENAPI, Answer, KeptAnswers, answered, base_of, made, text_of
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.table import OPERATIONS
@@ -36,6 +36,7 @@ def add_routes(app: web.Application) -> None:
     app[_DEFINITION] = _Definition()
     app[KEPT] = KeptAnswers()
     plan_files.prepare(app)
+    documents.prepare(app)
     reports.prepare(app)
     films.prepare(app)
     found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}
@@ -43,7 +44,8 @@ def add_routes(app: web.Application) -> None:
         found.setdefault(each.route, {})[each.method] = each.handler
     for path, handlers in found.items():
         for method, handler in handlers.items():
-            (app.router.add_get if method == hdrs.METH_GET else app.router.add_post)(f"{ROOT}{path}", handler)
+            add = {hdrs.METH_GET: app.router.add_get, hdrs.METH_PUT: app.router.add_put}
+            add.get(method, app.router.add_post)(f"{ROOT}{path}", handler)
         app.router.add_route(hdrs.METH_ANY, f"{ROOT}{path}", _refuser(handlers))
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hawk.exports.formats import CONTENT_TYPES
 from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
+from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
 from hawk.replay.film import Film
@@ -18,7 +19,7 @@ from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
-from hawk.web.v1 import bodies, due, exports, films, links, parameters, plan_files, recordings, reports
+from hawk.web.v1 import bodies, documents, due, exports, films, links, parameters, plan_files, recordings, reports
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
@@ -254,6 +255,9 @@ _FEEDS: Final = (
               SURVEYS, exports.survey_whole, None, content_types=("image/webp",)),
     Operation("GET", "/surveys/{id}/ground/{row}/{column}", "survey_tile", "A tile of a survey's picture", SURVEYS,
               exports.survey_tile, None, content_types=("image/jpeg",)),
+    Operation("PUT", "/surveys/{id}/document", "put_document", "Send a survey as a document, packed by gzip, to a desk "
+              "that collects; an earlier state changes nothing", SURVEYS, documents.put, bodies.SurveyState,
+              body=SurveyDocument, body_type="application/gzip", for_drones=True),
     Operation("GET", "/surveys/{id}/files/{kind}", "survey_file", "A survey as a file; 409 where it cannot be drawn",
               FEEDS, exports.survey_file, None, content_types=_FILES),
 )  # fmt: skip

@@ -71,6 +71,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "web.allowed_hosts": ("http://x.example", "x.example:80", "x.example/hawk", "*.example"),
     "webhooks.urls": ("example.org", "ftp://x.example", "https://", "https:///hook"),
     "webhooks.secret": ("", "short", "whsec_" + "%" * 24),
+    "collect.url": ("desk.example", "ftp://x.example", "https://", "http://x.example"),
     "log.level": ("", "loud"),
 }
 """Those that are neither numbers nor paths nor true or false."""
@@ -293,7 +294,12 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--memory": ((__file__, "--out", "o"), ("499", "nan", "x", "")),
     },
     "film": {"RECORDING": ((), NOT_THERE), "FILM": ((), (*NO_PATH, "film.mp4", "/nowhere/film.avi", "/"))},
-    "tokens": {**STORE, "work": ((), ("make",)), "role": ((), ("pilot", ""))},
+    "tokens": {
+        **STORE,
+        "work": ((), ("make",)),
+        "role": ((), ("pilot", "")),
+        "--name": ((), (*EMPTY, "you", "x" * 25, "operator2")),
+    },
     "make-certificate": {
         **STORE,
         "--name": ((), (*EMPTY, "a b", "http://x")),

@@ -40,7 +40,8 @@ from hawk.store.recordings import Recordings
 from hawk.store.replay import read_metadata
 from hawk.web.access.tokens import TOKEN_FILE, rotate
 from hawk.web.app import Page, create_app
-from hawk.webhooks.sender import SenderTimes, WebhookSender
+from hawk.webhooks.delivery import SenderTimes
+from hawk.webhooks.sender import WebhookSender
 from proving.api.served import filled
 from tests.manual_clock import ManualClock
 from tests.pace import PATIENCE_S
@@ -71,6 +72,9 @@ VALUES: Final[dict[str, Any]] = {
     "store.lots": "/canary/lots.db",
     "webhooks.urls": [f"http://CANARYuser:CANARYpass@{GONE}/CANARYhook/CANARYsegment?CANARYkey"],
     "webhooks.secret": "CANARYsecret-of-the-webhooks",
+    "collect.url": f"https://CANARYdesk:CANARYkeyword@{GONE}/CANARYdesk-path",
+    "collect.token_file": "/canary/collect-token",
+    "collect.certificate": "/canary/desk.pem",
     "schedule.lot": "canary-lot",
     "schedule.at": None,  # a time
     "schedule.time_zone": None,  # a name of the database
@@ -296,7 +300,9 @@ async def test_a_recording_holds_no_secret(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_the_doctors_bundle_holds_no_secret(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     values = given(tmp_path)
-    for section, key in (("web", "token"), ("webhooks", "secret"), ("camera", "url")):
+    values["collect"]["token_file"] = str(tmp_path / "collect-token")
+    collect = [("collect", name) for name in ("url", "token_file")]
+    for section, key in (("web", "token"), ("webhooks", "secret"), ("camera", "url"), *collect):
         monkeypatch.setenv(variable_of(section, key), values[section][key])
     monkeypatch.setenv(variable_of("webhooks", "urls"), values["webhooks"]["urls"][0])
     held = [*secrets_of(Config.model_validate(values)), values["camera"]["url"], *values["webhooks"]["urls"]]

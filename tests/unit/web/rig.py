@@ -84,6 +84,7 @@ class Rig:
     cookie_secret: bytes = b"s" * 32
     folder: Path | None = None
     lots: LotStore | None = None
+    collects: bool = False
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
@@ -121,6 +122,7 @@ class Rig:
             monotonic=self.real,
             folder=self.folder,
             lots=self.lots,
+            collects=self.collects,
             tls=self.tls,
             wall=self.wall,
             settings=settings(Config(web=self.web), reference_text()),

@@ -16,7 +16,8 @@ from hawk.config.sections import WebhooksSettings
 from hawk.lots.ingest import save
 from hawk.lots.schema import DELIVERY, OUTBOX
 from hawk.lots.store import LotStore
-from hawk.webhooks.sender import WARNED_AT, SenderTimes, WebhookSender, target_of
+from hawk.webhooks.delivery import WARNED_AT, SenderTimes
+from hawk.webhooks.sender import WebhookSender, target_of
 from tests.unit.comm.waiting import until
 from tests.unit.lots.surveys import BEGAN, later, survey
 from tests.unit.webhooks.receivers import Receiver, receiving

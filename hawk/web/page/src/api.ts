@@ -982,6 +982,13 @@ export interface SurveyStalls {
   features: SurveyFeature[];
 }
 
+/** A survey that was sent as a document: its newest state here, and its lot. */
+export interface SurveyState {
+  survey: string;
+  state: number;
+  lot: string | null;
+}
+
 /** A survey with its share of taken stalls. `left_out`: why no figure uses it; empty where figures do. */
 export interface SurveyUse {
   kind: "flown" | "picture";

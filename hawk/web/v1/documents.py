@@ -1,0 +1,99 @@
+"""Documents of surveys that drones send to a desk that collects: committed, then answered.
+
+A drone has a token of its own. It opens the addresses here, and none that commands or changes anything else.
+"""
+
+from __future__ import annotations
+
+import logging
+import re
+from dataclasses import dataclass, field
+from typing import Final
+
+from aiohttp import hdrs, web
+
+from hawk.lots.documents.survey_document import LARGEST_BYTES
+from hawk.web.access.access import access_of
+from hawk.web.access.guesses import is_loopback_peer
+from hawk.web.access.proxied import forwarding_header, is_secure
+from hawk.web.area_file import sent_file
+from hawk.web.services import SERVICES
+from hawk.web.v1.answers import answered, in_time, opened
+from hawk.web.v1.bodies import SurveyState
+from hawk.web.v1.changes import UNSURE, changed
+from hawk.web.v1.parameters import Query, query_of
+from hawk.web.v1.unknown import PATTERNS, ROOT
+
+_LOG = logging.getLogger(__name__)
+
+FOR_DRONES_ALONE: Final = "A drone's token sends surveys of this drone and reads lots: nothing else."
+FOR_DRONES: Final = (
+    "Documents of surveys are for drones: send the token of one. hawk-drone tokens rotate drone --name NAME makes it."
+)
+BY_HTTPS: Final = (
+    "Documents of surveys come by HTTPS from another computer: set web.tls_certificate and web.tls_key here."
+)
+NOT_HERE: Final = "No surveys are collected here: start hawk-drone desk --collect."
+ONE_AT_A_TIME: Final = "Another document is being sent: send this one after it."
+READ_S: Final = 900.0
+"""Real seconds in which a document must be there: 1 MB at 10 kbit a second."""
+MOST_SENT: Final = 8
+"""Documents that are received at once: 32 MB each at most."""
+_READ: Final = re.compile(f"{ROOT}/lots(/.*)?")
+_WRITTEN: Final = re.compile(f"{ROOT}/surveys/{PATTERNS['id']}/document")
+
+
+@dataclass(slots=True)
+class _Senders:
+    """Names of the drones that send a document now."""
+
+    names: set[str] = field(default_factory=set)
+
+
+_SENDERS: Final = web.AppKey("document_senders", _Senders)
+
+
+def prepare(app: web.Application) -> None:
+    """Make room for the names of drones that send."""
+    app[_SENDERS] = _Senders()
+
+
+def is_for_drones(request: web.Request) -> bool:
+    """Return True for an address that a drone's token opens."""
+    if request.method in (hdrs.METH_GET, hdrs.METH_HEAD):
+        return _READ.fullmatch(request.path) is not None and hdrs.UPGRADE not in request.headers
+    return request.method == hdrs.METH_PUT and _WRITTEN.fullmatch(request.path) is not None
+
+
+@answered
+async def put(request: web.Request) -> web.StreamResponse:
+    """Take the document of a survey in; the same one again is answered the same."""
+    drone = _checked_drone(request)
+    query_of(request, Query)
+    senders = request.app[_SENDERS].names
+    if drone in senders or len(senders) >= MOST_SENT:
+        raise web.HTTPServiceUnavailable(text=ONE_AT_A_TIME, headers={hdrs.RETRY_AFTER: "5"})
+    senders.add(drone)
+    try:
+        words = f"The document is too large: {LARGEST_BYTES // 1_000_000} MB are read at most."
+        data = await sent_file(request, LARGEST_BYTES, READ_S, words)
+        store = await opened(request)
+        async with in_time(UNSURE):
+            found = await store.collect(data, request.match_info["id"], drone)
+    finally:
+        senders.discard(drone)
+    _LOG.info("survey %s of %s is here, state %d", found.survey, drone, found.state)
+    return changed(SurveyState(survey=found.survey, state=found.state, lot=found.lot))
+
+
+def _checked_drone(request: web.Request) -> str:
+    """Return the name of the drone that sends. Raises HTTPForbidden, HTTPConflict."""
+    access = access_of(request)
+    if access is None or not access.drone:
+        raise web.HTTPForbidden(text=FOR_DRONES)
+    is_near = is_loopback_peer(request.remote) and forwarding_header(request) is None
+    if not is_secure(request) and not is_near:
+        raise web.HTTPForbidden(text=BY_HTTPS)
+    if not request.app[SERVICES].collects:
+        raise web.HTTPConflict(text=NOT_HERE)
+    return access.drone

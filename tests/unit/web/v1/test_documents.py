@@ -1,0 +1,278 @@
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from hawk.comm.protocol.authority import Role
+from hawk.comm.protocol.command_table import COMMAND_TABLE
+from hawk.daemon.desk import refuse
+from hawk.daemon.lots.keeper import find_stalls
+from hawk.lots.documents import survey_document
+from hawk.lots.store import LotStore
+from hawk.lots.survey.pictures import pictures_of
+from hawk.lots.values import Placed
+from hawk.web.access.tokens import TOKEN_FILE, remove_drone, rotate_drone
+from hawk.web.services import OperatorSide
+from hawk.web.v1.documents import FOR_DRONES_ALONE
+from hawk.web.v1.table import OPERATIONS
+from tests.unit.lots.documents.drones import Drone, tile
+from tests.unit.lots.surveys import later, survey
+from tests.unit.web.rig import Rig
+from tests.unit.web.stand import Stand
+
+ONE, OTHER = "Drone 1", "Drone 2"
+
+
+@dataclass
+class Centre:
+    """A desk that collects, with two drones, and what the first one has to send."""
+
+    stand: Stand
+    store: LotStore
+    folder: Path
+    tokens: dict[str, str]
+    drone: Drone
+
+    def url(self, path: str) -> str:
+        assert self.stand.rig.server is not None
+        return str(self.stand.rig.server.make_url(path))
+
+    def documents(self) -> list[survey_document.SurveyDocument]:
+        return [self.drone.document(each.survey.id, {(0, 0): tile()}) for each in self.drone.documents()]
+
+    @asynccontextmanager
+    async def tool(self, token: str) -> AsyncIterator[aiohttp.ClientSession]:
+        async with aiohttp.ClientSession(headers={"Authorization": f"Bearer {token}"}) as session:
+            yield session
+
+    async def put(self, data: bytes, named: str, token: str = "", **headers: str) -> tuple[int, Any]:
+        given = token or self.tokens[ONE]
+        async with (
+            self.tool(given) as session,
+            session.put(self.url(f"/api/v1/surveys/{named}/document"), data=data, headers=headers) as answer,
+        ):
+            text = await answer.text()
+            return answer.status, json.loads(text) if text else None
+
+    async def send(self, document: survey_document.SurveyDocument, token: str = "") -> tuple[int, Any]:
+        return await self.put(survey_document.packed(document), document.survey.id, token)
+
+
+@pytest.fixture
+async def centre(tmp_path: Path, rig: Rig) -> AsyncIterator[Centre]:
+    store = rig.lots = LotStore(tmp_path / "centre" / "lots.db", find_stalls)
+    rig.collects, rig.folder = True, tmp_path
+    rig.side = OperatorSide.create(rig.clock, rig.operator, refuse)
+    stand = Stand(rig, tmp_path)
+    tokens = {name: rotate_drone(tmp_path / TOKEN_FILE, name) for name in (ONE, OTHER)}
+    await rig.start()
+    drone = Drone.at(tmp_path / "drone" / "lots.db")
+    drone.add(survey())
+    drone.add(later(survey(seed=2), 2))
+    yield Centre(stand, store, tmp_path, tokens, drone)
+    drone.store.close()
+    await stand.close()
+    await store.close()
+
+
+async def test_a_document_is_stored_with_its_picture_and_answered_the_same_each_time(centre: Centre) -> None:
+    for document in centre.documents():
+        answers = [await centre.send(document) for _ in range(2)]
+        wanted = {"survey": document.survey.id, "state": document.survey.state, "lot": document.survey.lot}
+        assert answers == [(200, wanted)] * 2
+        assert pictures_of(centre.store.path).read(document.survey.id) == {(0, 0): tile()}
+    async with await centre.stand.tool(Role.VIEWER) as viewer:
+        async with viewer.get(centre.url("/api/v1/surveys")) as answer:
+            assert [each["placed"] for each in (await answer.json())["items"]] == ["first", "registered"]
+        async with viewer.get(centre.url(f"/api/v1/lots/{document.survey.lot}/stalls?limit=1000")) as answer:
+            assert {each["survey"] for each in (await answer.json())["items"]} == {document.survey.id}
+
+
+async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Centre) -> None:
+    first, _ = centre.documents()
+    assert (await centre.send(first))[0] == 200
+    newer = first.model_copy(
+        update={"survey": first.survey.model_copy(update={"state": 10**6, "placed": Placed.DELETED})}
+    )
+    status, problem = await centre.send(newer, centre.tokens[OTHER])
+    assert (status, problem["field"]) == (403, "survey.id")
+    assert "another's" in problem["detail"]
+    assert (await centre.send(first))[1]["state"] == first.survey.state
+
+
+async def test_what_is_no_document_of_that_survey_is_refused_with_its_field(centre: Centre) -> None:
+    first, second = centre.documents()
+    data = survey_document.packed(first)
+    for given, field in ((data[: len(data) // 2], "document"), (b"", "document"), (b"{}", "document")):
+        status, problem = await centre.put(given, first.survey.id)
+        assert (status, problem["field"]) == (422, field)
+    status, problem = await centre.put(data, second.survey.id)
+    assert (status, problem["field"]) == (422, "survey.id")
+    assert (await centre.put(data, "..%2F..%2Fetc"))[0] in (403, 404)
+    async with await centre.stand.tool(Role.VIEWER) as viewer, viewer.get(centre.url("/api/v1/surveys")) as answer:
+        assert (await answer.json())["items"] == []
+
+
+async def test_a_document_that_is_too_large_ends_while_it_comes(
+    centre: Centre, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hawk.web.v1.documents.LARGEST_BYTES", 100_000)
+    first, _ = centre.documents()
+    status, problem = await centre.put(b"\0" * 200_000, first.survey.id)
+    assert status == 413
+    assert "is too large" in problem["detail"]
+
+
+async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: Centre) -> None:
+    (first, _), opened = centre.documents(), set()
+    assert (await centre.send(first))[0] == 200
+    values = {"id": first.survey.lot, "survey": first.survey.id, "version": "1", "collection": "lots", "kind": "csv"}
+    values |= {"seq": "1", "number": "0", "row": "0", "column": "0", "preview": "0" * 32, "feed": "apds"}
+    values |= {"name": "000001-20260504T103000Z.mcap", "token": "t" * 22}
+    async with centre.tool(centre.tokens[ONE]) as session:
+        for each in OPERATIONS:
+            if each.is_open:
+                continue
+            path = "/api/v1" + each.path.format(**values)
+            async with session.request(each.method, centre.url(path), json={} if each.is_change else None) as answer:
+                if answer.status != 403:
+                    opened.add((each.method, each.path))
+                else:
+                    assert (await answer.json())["detail"] == FOR_DRONES_ALONE
+        for path in ("/", "/api/health", "/api/settings.json", "/metrics", "/snapshot.jpg", "/stream.mjpg", "/docs/",
+                     "/api/recording.mcap", "/api/report.json", "/api/session"):  # fmt: skip
+            async with session.get(centre.url(path), allow_redirects=False) as answer:
+                assert answer.status == 403, path
+        for path in ("/logout", "/api/area-file"):
+            async with session.post(centre.url(path), data=b"{}") as answer:
+                assert answer.status == 403, path
+    assert ("PUT", "/surveys/{id}/document") in opened
+    assert opened - {("PUT", "/surveys/{id}/document")} == {
+        (each.method, each.path) for each in OPERATIONS if each.method == "GET" and each.path.startswith("/lots")
+    }
+
+
+@pytest.mark.fault("a drone's token opens the command socket", "the connection is refused: no message is read")
+async def test_no_message_is_read_of_a_drones_token(centre: Centre) -> None:
+    async with centre.tool(centre.tokens[ONE]) as session:
+        for path in ("/ws", "/video"):
+            with pytest.raises(aiohttp.WSServerHandshakeError) as refused:
+                await session.ws_connect(centre.url(path))
+            assert refused.value.status == 403
+        async with session.get(centre.url(f"/?token={centre.tokens[ONE]}"), allow_redirects=False) as answer:
+            assert answer.status == 403
+            assert "Set-Cookie" not in answer.headers
+    async with aiohttp.ClientSession() as stranger:
+        async with stranger.get(centre.url(f"/?token={centre.tokens[ONE]}"), allow_redirects=False) as answer:
+            assert answer.status == 401
+        origin = {"Origin": centre.url("/").rstrip("/")}
+        for role in ("drone", "operator", "viewer"):
+            form = {"username": role, "password": centre.tokens[ONE]}
+            async with stranger.post(centre.url("/login"), data=form, headers=origin) as answer:
+                assert answer.status in (400, 401)
+
+
+@pytest.mark.fault(
+    "each command is sent to a desk that collects, by an operator in control", "refused: no drone is here"
+)
+async def test_no_command_is_done_at_a_desk_that_collects(centre: Centre) -> None:
+    page = await centre.stand.page(await centre.stand.browser(Role.OPERATOR))
+    await page.take_control()
+    rows = [row for row in COMMAND_TABLE.values() if not row.answered_by_web_server]
+    assert {"Arm", "Takeoff", "Kill", "Set Failsafes", "Set Fence"} <= {row.example.type for row in rows}
+    for row in rows:
+        centre.stand.rig.real.advance(1.0)
+        answer = await page.ask(**row.example.model_dump(mode="json", by_alias=True))
+        assert not answer["Accepted"]
+        assert "There is no drone here" in answer["Reason"]
+
+
+async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(centre: Centre) -> None:
+    first, _ = centre.documents()
+    for role in Role:
+        status, problem = await centre.send(first, centre.stand.tokens[role])
+        assert status == 403
+        assert "are for drones" in problem["detail"]
+    status, problem = await centre.put(
+        survey_document.packed(first), first.survey.id, **{"X-Forwarded-For": "192.0.2.1"}
+    )
+    assert status == 403
+    assert "HTTPS" in problem["detail"]
+
+
+async def test_a_stranger_and_another_origin_send_no_document(centre: Centre) -> None:
+    first, _ = centre.documents()
+    data = survey_document.packed(first)
+    status, problem = await centre.put(data, first.survey.id, Origin="https://elsewhere.example")
+    assert (status, problem["detail"].split(":")[0]) == (403, "Origin")
+    url = centre.url(f"/api/v1/surveys/{first.survey.id}/document")
+    async with aiohttp.ClientSession() as stranger, stranger.put(url, data=data) as answer:
+        assert answer.status == 401
+
+
+async def test_a_program_that_does_not_collect_takes_no_document(tmp_path: Path, rig: Rig) -> None:
+    rig.folder, rig.lots = tmp_path, LotStore(tmp_path / "lots.db")
+    stand = Stand(rig, tmp_path)
+    token = rotate_drone(tmp_path / TOKEN_FILE, ONE)
+    server = await rig.start()
+    url = server.make_url("/api/v1/surveys/123e4567-e89b-42d3-a456-426614174000/document")
+    headers = {"Authorization": f"Bearer {token}"}
+    async with aiohttp.ClientSession(headers=headers) as session, session.put(url, data=b"") as answer:
+        assert answer.status == 409
+        assert "hawk-drone desk --collect" in (await answer.json())["detail"]
+    await stand.close()
+
+
+async def test_a_token_that_was_removed_or_replaced_opens_nothing(centre: Centre) -> None:
+    first, second = centre.documents()
+    assert (await centre.send(first))[0] == 200
+    remove_drone(centre.folder / TOKEN_FILE, OTHER)
+    new = rotate_drone(centre.folder / TOKEN_FILE, ONE)
+    await centre.stand.look()
+    assert (await centre.send(second))[0] == 401
+    assert (await centre.send(second, centre.tokens[OTHER]))[0] == 401
+    assert (await centre.send(second, new))[0] == 200, "another token of the same drone writes its surveys on"
+    assert (await centre.send(first, new))[0] == 200
+
+
+async def test_a_guessed_token_is_slowed(centre: Centre) -> None:
+    first, _ = centre.documents()
+    found = [(await centre.send(first, f"guess-number-{number}"))[0] for number in range(8)]
+    assert found[:5] == [401] * 5
+    assert 429 in found
+
+
+async def test_a_drone_sends_one_document_at_a_time(centre: Centre) -> None:
+    first, second = centre.documents()
+    begun, goes_on = asyncio.Event(), asyncio.Event()
+
+    async def slowly() -> AsyncIterator[bytes]:
+        data = survey_document.packed(first)
+        yield data[:100]
+        begun.set()
+        await goes_on.wait()
+        yield data[100:]
+
+    async with centre.tool(centre.tokens[ONE]) as session:
+        url = centre.url(f"/api/v1/surveys/{first.survey.id}/document")
+        sending = asyncio.create_task(_status(session, url, slowly()))
+        await begun.wait()
+        while (found := await centre.send(second))[0] == 200:  # noqa: ASYNC110 - until the first one is being read
+            await asyncio.sleep(0)
+        assert found[0] == 503
+        goes_on.set()
+        assert await sending == 200
+    assert (await centre.send(second))[0] == 200
+
+
+async def _status(session: aiohttp.ClientSession, url: str, data: AsyncIterator[bytes]) -> int:
+    async with session.put(url, data=data) as answer:
+        return answer.status

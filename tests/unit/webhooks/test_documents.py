@@ -1,0 +1,248 @@
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+from aiohttp import web
+from aiohttp.test_utils import TestServer
+from pydantic import ValidationError
+from sqlalchemy import func, select
+
+from hawk.config.sections import CollectSettings
+from hawk.daemon.lots.keeper import find_stalls
+from hawk.lots import outbox
+from hawk.lots.documents import survey_document
+from hawk.lots.schema import DELIVERY, DOCUMENT, OUTBOX, SURVEY
+from hawk.lots.storage.states import KINDS
+from hawk.lots.store import LotStore
+from hawk.lots.survey.pictures import pictures_of
+from hawk.model.lot_map import EncodedTile
+from hawk.web.access.tokens import TOKEN_FILE, rotate_drone
+from hawk.webhooks.delivery import SenderTimes
+from hawk.webhooks.documents import DocumentSender
+from tests.unit.comm.waiting import until
+from tests.unit.lots.documents.drones import Drone, days, tile
+from tests.unit.lots.documents.tables import tables
+from tests.unit.lots.surveys import later, survey
+from tests.unit.web.rig import Rig
+from tests.unit.web.stand import Stand
+
+ONE = "Drone 1"
+
+
+@dataclass
+class Line:
+    """A drone with its store, a desk that collects, and the line between both."""
+
+    drone: Drone
+    store: LotStore
+    centre: LotStore
+    folder: Path
+    url: str
+    is_flown: bool = False
+    said: list[tuple[str, str]] = field(default_factory=list)
+
+    def sender(self, url: str = "", kbit_s: int = 0) -> DocumentSender:
+        settings = CollectSettings(url=url or self.url, token_file=self.folder / "token", kbit_s=kbit_s)
+        return DocumentSender(
+            self.store, settings, time.time, lambda: self.is_flown,
+            lambda level, text, details: self.said.append((text, details)), SenderTimes(look_s=0.01, try_s=20.0),
+        )  # fmt: skip
+
+    async def waiting(self) -> int:
+        """Return how many states the desk has not got."""
+        sent = select(DELIVERY.c.message).where(DELIVERY.c.sent.is_not(None))
+        asked = select(func.count()).select_from(OUTBOX).where(OUTBOX.c.kind.in_(KINDS), OUTBOX.c.seq.not_in(sent))
+        return int(await self.store.read(lambda c: c.execute(asked).scalar_one()))
+
+    async def is_received(self) -> None:
+        """Wait until the desk has everything."""
+        async with asyncio.timeout(15):
+            while await self.waiting():  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+
+    async def surveys(self) -> list[str]:
+        found = await self.centre.read(lambda c: c.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all())
+        return [str(each) for each in found]
+
+
+@asynccontextmanager
+async def running(sender: DocumentSender) -> AsyncIterator[None]:
+    task = asyncio.create_task(sender.run())
+    try:
+        yield
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+@pytest.fixture
+async def line(tmp_path: Path) -> AsyncIterator[Line]:
+    desk, rig = tmp_path / "desk", Rig()
+    centre = rig.lots = LotStore(desk / "lots.db", find_stalls)
+    rig.collects, rig.folder = True, desk
+    stand = Stand(rig, desk)
+    (tmp_path / "token").write_text(rotate_drone(desk / TOKEN_FILE, ONE) + "\n")
+    server = await rig.start()
+    path = tmp_path / "drone" / "lots.db"
+    drone, store = Drone.at(path), LotStore(path)
+    yield Line(drone, store, centre, tmp_path, str(server.make_url("/")))
+    await stand.close()
+    await server.close()
+    await store.close()
+    await centre.close()
+    drone.store.close()
+
+
+async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_later(line: Line) -> None:
+    first = line.drone.add(survey())
+    pictures_of(line.store.path).write(first.survey, {(0, 0): EncodedTile(1, tile())})
+    async with running(line.sender()):
+        await line.is_received()
+        for _ in days(line.drone):
+            await line.is_received()
+        documents = await line.centre.read(lambda c: c.execute(select(DOCUMENT.c.state)).all())
+        assert len(documents) == len(line.drone.documents())
+    theirs = line.drone.do(tables)
+    found = await line.centre.read(tables)
+    for name in ("lot", "layout", "section", "observation", "section_look", "looks"):
+        assert found[name] == theirs[name], name
+    assert pictures_of(line.centre.path).read(first.survey) == {(0, 0): tile()}
+    assert line.said == []
+
+
+async def test_the_newest_survey_is_sent_first_and_then_the_oldest(line: Line) -> None:
+    stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(4)]
+    async with running(line.sender()):
+        await line.is_received()
+    assert await line.surveys() == [stored[3], *stored[:3]]
+
+
+@pytest.mark.fault(
+    "the program is killed after the desk has taken a survey, before that is noted",
+    "the survey is sent again, and the desk answers the same: nothing is doubled",
+)
+async def test_what_was_not_noted_is_sent_again_and_doubles_nothing(
+    line: Line, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line.drone.add(survey())
+    note, killed = outbox.note_states_sent, 0
+
+    def fail_at_first(*given: Any) -> None:
+        nonlocal killed
+        killed += 1
+        if killed <= 2:
+            raise KeyError("killed")
+        note(*given)
+
+    monkeypatch.setattr(outbox, "note_states_sent", fail_at_first)
+    async with running(line.sender()):
+        await until(lambda: killed >= 2, 20)
+        before = await line.centre.read(tables)
+        await line.is_received()
+    assert await line.centre.read(tables) == before
+    assert len(await line.surveys()) == 1
+
+
+async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_operator_hears_once(line: Line) -> None:
+    for number in range(3):
+        line.drone.add(later(survey(seed=number), number + 1, 24.0 * number))
+    away = TestServer(web.Application())
+    await away.start_server()
+    url = str(away.make_url("/"))
+    await away.close()
+    async with running(line.sender(url)):
+        await until(lambda: bool(line.said), 20)
+    assert [text for text, _ in line.said] == [f"The desk {url.split('/')[2]} takes no survey; it is tried on."]
+    tried = await line.store.read(lambda c: c.execute(select(func.count()).select_from(DELIVERY)).scalar_one())
+    assert tried == 0, "a link that is away counts against no survey"
+    async with running(line.sender()):
+        await line.is_received()
+    assert len(await line.surveys()) == 3
+
+
+async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
+    stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
+    theirs = survey_document.packed(line.drone.document(stored[1]))
+    await line.centre.collect(theirs, stored[1], "Drone 2")
+    async with running(line.sender()):
+        async with asyncio.timeout(10):
+            while len(await line.surveys()) < 3:  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+        await asyncio.sleep(0)
+    writers = await line.centre.read(lambda c: [row.writer for row in c.execute(select(DOCUMENT))])
+    assert sorted(writers) == ["Drone 1", "Drone 1", "Drone 2"]
+    assert await line.waiting() >= 1
+
+
+@pytest.mark.fault(
+    "a survey waits for the desk while the motors are on", "nothing is sent, unless collect.kbit_s allows"
+)
+async def test_nothing_is_sent_while_the_motors_are_on(line: Line) -> None:
+    line.drone.add(survey())
+    line.is_flown = True
+    async with running(line.sender()):
+        await asyncio.sleep(0.3)
+        assert not line.centre.is_open
+        line.is_flown = False
+        await line.is_received()
+    assert len(await line.surveys()) == 1
+
+
+async def test_in_flight_no_more_is_sent_than_the_setting_allows(line: Line) -> None:
+    stored = line.drone.add(survey())
+    line.is_flown = True
+    size, kbit_s = len(survey_document.packed(line.drone.document(stored.survey))), 100
+    began = time.monotonic()
+    async with running(line.sender(kbit_s=kbit_s)):
+        await line.is_received()
+    assert time.monotonic() - began > 0.8 * size * 8 / (kbit_s * 1000)
+
+
+async def test_a_wrong_token_and_a_missing_file_are_said_with_the_remedy(line: Line) -> None:
+    line.drone.add(survey())
+    (line.folder / "token").write_text("guess")
+    async with running(line.sender()):
+        await until(lambda: bool(line.said), 20)
+    assert line.said[0][1].strip().startswith("answered HTTP 401: This drone asks for a token")
+    line.said.clear()
+    (line.folder / "token").unlink()
+    async with running(line.sender()):
+        await until(lambda: bool(line.said), 20)
+    assert "write the token that the desk gave into it" in line.said[0][1]
+    assert await line.surveys() == []
+
+
+async def test_a_document_that_cannot_be_made_is_said_and_holds_up_no_other_one(line: Line) -> None:
+    stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(2)]
+    damage = SURVEY.update().where(SURVEY.c.id == stored[0]).values(latitude=400.0)
+    line.drone.do(lambda connection: connection.execute(damage).close())
+    async with running(line.sender()):
+        async with asyncio.timeout(10):
+            while await line.surveys() != [stored[1]]:  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"url": "https://desk.example/"}, "token_file is missing"),
+        ({"url": "http://desk.example/", "token_file": "/t"}, "must begin with https://"),
+        ({"url": "http://127.0.0.1.example/", "token_file": "/t"}, "must begin with https://"),
+        ({"kbit_s": -1}, "greater than or equal to 0"),
+    ],
+)
+def test_settings_that_cannot_be_used_are_refused(given: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValidationError, match=words):
+        CollectSettings.model_validate(given)
+
+
+def test_a_desk_on_this_computer_may_be_without_tls(tmp_path: Path) -> None:
+    for host in ("localhost:3000", "127.0.0.1:3000"):
+        assert CollectSettings.model_validate({"url": f"http://{host}/", "token_file": str(tmp_path)}).url is not None
