@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
-from sqlalchemy import Connection, RowMapping, select
+from sqlalchemy import Connection, RowMapping, and_, exists, or_, select
 
 from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation, SeenSection
 from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
-from hawk.lots.plan.queries import stalls_in, stalls_of_keys
+from hawk.lots.plan.queries import in_plan, stalls_in, stalls_of_keys
 from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import corners_on_earth, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import datum_accuracy, datum_of
-from hawk.lots.schema import LOT, OBSERVATION, SURVEY
+from hawk.lots.schema import LOT, OBSERVATION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.section_lists import seen_by
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
@@ -34,23 +34,27 @@ NEWEST: Final = "newest"
 
 
 def survey_of(connection: Connection, lot: str, given: str = NEWEST) -> str:
-    """Return the id of a lot's survey by its id, or by the beginning of it; `NEWEST`: of the last that is registered.
+    """Return the id of a lot's survey by its id, or by the beginning of it; `NEWEST`: the last one of `surveys_of`.
 
     Raises NotFoundError.
     """
-    asked = select(SURVEY.c.id, SURVEY.c.placed, SURVEY.c.ended).where(SURVEY.c.lot == lot).order_by(*oldest_first())
-    rows = connection.execute(asked).all()
     if given == NEWEST:
-        placed = [row.id for row in rows if row.placed in PLACED]
-        if not placed:
-            raise NotFoundError(f"--survey: none of the lot's {len(rows)} surveys is registered; give the id of one")
-        return str(placed[-1])
+        return surveys_of(connection, lot)[-1]
+    asked = select(SURVEY.c.id, SURVEY.c.ended).where(SURVEY.c.lot == lot).order_by(*oldest_first())
+    rows = connection.execute(asked).all()
     return chosen_survey([(str(row.id), float(row.ended)) for row in rows], given, "of this lot")
 
 
 def surveys_of(connection: Connection, lot: str) -> list[str]:
-    """Return the ids of a lot's registered surveys, in their order. Raises NotFoundError without any."""
-    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, SURVEY.c.placed.in_(PLACED)).order_by(*oldest_first())
+    """Return the ids of a lot's registered surveys, in their order; without stalls, those with looks at sections.
+
+    Raises NotFoundError where there is none.
+    """
+    of_sections = and_(
+        ~exists().where(in_plan(STALL.c, lot)), exists().where(SECTION_LOOK.c.survey == SURVEY.c.seq)
+    )  # fmt: skip
+    counts = or_(SURVEY.c.placed.in_(PLACED), of_sections)
+    asked = select(SURVEY.c.id).where(SURVEY.c.lot == lot, counts).order_by(*oldest_first())
     found = [str(each) for each in connection.execute(asked).scalars()]
     if not found:
         raise NotFoundError("--survey: none of the lot's surveys is registered; give the id of one")

@@ -133,6 +133,7 @@ class ListedLot(Shown):
     name: str
     time_zone: str
     stalls: Count
+    sections: Count
     survey_count: Count
     last_survey: Survey | None
 

@@ -26,7 +26,7 @@ from hawk.lots.registration.survey_place import (
     move_of,
 )
 from hawk.lots.rows import Row, is_among, readable, row_of
-from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
+from hawk.lots.schema import CHANGE, LOT, SECTION, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of, found_by
@@ -123,10 +123,11 @@ def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
 
 
 def listed_lots(connection: Connection, rows: Sequence[_Shown]) -> list[ListedLot]:
-    """Return lots of the table with their numbers of stalls and surveys, and the newest survey of each."""
+    """Return lots of the table with their numbers of stalls, sections and surveys, and the newest survey of each."""
     among = {"among": json.dumps([row["id"] for row in rows])}
     surveys = _numbers(connection, SURVEY.c.lot, true(), among)
     stalls = _numbers(connection, STALL.c.lot, STALL.c.ends.is_(None), among)
+    sections = _numbers(connection, SECTION.c.lot, SECTION.c.ends.is_(None), among)
     last = select(last_of(LOT.c.id)).where(is_among(LOT.c.id))
     last_rows = connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.seq.in_(last)), among).mappings().all()
     newest = {survey.lot: survey for survey in surveys_of(connection, last_rows)}
@@ -134,7 +135,8 @@ def listed_lots(connection: Connection, rows: Sequence[_Shown]) -> list[ListedLo
     return [
         ListedLot(
             id=row["id"], name=row["name"], time_zone=zone, stalls=stalls.get(row["id"], 0),
-            survey_count=surveys.get(row["id"], 0), last_survey=newest.get(row["id"]),
+            sections=sections.get(row["id"], 0), survey_count=surveys.get(row["id"], 0),
+            last_survey=newest.get(row["id"]),
         )
         for row, zone in zip(rows, zones, strict=True)
     ]  # fmt: skip

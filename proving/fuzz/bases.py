@@ -47,13 +47,19 @@ def fences(folder: Path) -> Iterator[Base]:
 
 
 def plans(folder: Path) -> Iterator[Base]:
-    """Yield plans of stalls."""
+    """Yield plans of stalls and sections."""
     import shapely
 
     rings = row(4)
     yield Base(".geojson", geojson([feature([degrees(ring)], label=f"P{k}") for k, ring in enumerate(rings)]))
     yield Base(".gpkg", geopackage(folder, [(shapely.Polygon(degrees(ring)), "1") for ring in rings]))
     yield Base(".osm", osm(*(outline(k, ring, amenity="parking_space", ref=str(k)) for k, ring in enumerate(rings))))
+    kerb = degrees([(20.0, 0.0), (20.0, 44.0)])
+    said = {"name": "Kerb", "side": "both", "width": 2.2, "kind": "parallel", "note": "permit"}
+    area = feature([degrees(rings[0])], name="Yard", capacity=30, length=12.5, section_id="e", capacity_given=True)
+    yield Base(".geojson", geojson([feature(kerb, "LineString", **said), area]))
+    tags = {"parking__left": "lane", "parking__lane__right": "diagonal", "width": "9", "name": "Elm"}
+    yield Base(".osm", osm(outline(1, [*rings[0], rings[0][0]], **tags), outline(2, rings[1], amenity="parking")))
 
     def draw(_: Any, space: Any) -> None:
         for k, ring in enumerate(rings):

@@ -57,7 +57,9 @@ _LANES: Final = {"on_street": "lane", "lay_by": "street_side", "painted_area_onl
 """Values of the former ``parking:lane:SIDE:ORIENTATION`` -> those of ``parking:SIDE``."""
 _RULES: Final = ("restriction", "restriction:conditional", "access", "access:conditional", "fee", "maxstay")
 DRIVEN_M: Final = (4.75, 3.0)
-"""Width between parked vehicles of a road that says none: two cars meet, or one drives (RASt 06, FGSV 2006)."""
+"""Width between parked vehicles of a road that says none, and of such a one-directional road: an access road's, and the
+least of a lane, in Germany's RASt 06 (FGSV, 2006). It is assumed, and the preview says so.
+"""
 
 _Side = Literal["left", "right"]
 _SIDES: Final[tuple[_Side, _Side]] = ("left", "right")

@@ -84,7 +84,7 @@ class Inbox:
     def __init__(
         self, folder: Folder, store: Path, journal: Journal, reader: FlightReader, around: Surroundings
     ) -> None:
-        """``store``: folder of the store. Makes the inbox's own folders. Raises OSError."""
+        """Make the inbox's own folders. ``store``: folder of the store. Raises OSError."""
         self._folder = folder
         self._root = folder.path
         self._store = store
@@ -92,11 +92,17 @@ class Inbox:
         self._reader = reader
         self._around = around
         self._waits: set[InboxNotice] = set()
+        if not (self._root / MAPPING).is_dir() and (names := journal.names()):
+            words = (
+                f"holds no {', '.join(sorted(names))}, which the store's journal has as under way: is the disk mounted?"
+            )
+            raise OSError(errno.ENOENT, words, str(self._root))
         for name in PLACES:
             place = self._root / name
             if place.is_symlink():
                 raise OSError(errno.ELOOP, "is a link, perhaps to where others may not write: remove it", str(place))
             place.mkdir(exist_ok=True)
+        self._return_unknown()
 
     def step(self, now: float) -> bool:
         """Take what has settled, map one flight; return whether one was mapped or failed.
@@ -105,6 +111,7 @@ class Inbox:
         tried again.
         """
         try:
+            os.stat(self._root / MAPPING)  # a disk that is not mounted looks like an empty folder
             for drop in self._folder.settled(now):
                 self._take(drop)
             return any(self._is_ended(flight) for flight in self._journal.unfinished())
@@ -126,6 +133,19 @@ class Inbox:
         return False
 
     # -- from the inbox to a flight -----------------------------------------------------------------------------------
+
+    def _return_unknown(self) -> None:
+        """Put the pictures of flights that the journal does not have, because it was lost, back into the inbox."""
+        for home in [*(self._root / MAPPING).iterdir()]:
+            if home.name in self._journal.names() or not (home / PICTURES).is_dir():
+                continue
+            for inner in (PICTURES, AGAIN):
+                if (home / inner).is_dir():
+                    (home / inner).rename(self._root / plain_name(home.name, lambda name: (self._root / name).exists()))
+            shutil.rmtree(home / SURVEY, ignore_errors=True)
+            (home / REPORT).unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # a person's files are in it
+                home.rmdir()
 
     def _take(self, drop: Drop) -> None:
         """Note a drop's files as those of flights, and move them."""

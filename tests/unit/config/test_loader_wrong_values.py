@@ -289,6 +289,9 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--focal35": ((__file__, "--out", "o"), ("7", "501", "nan", "x", "")),
         "--store": ((__file__, "--out", "o"), NO_PATH),
         "--port": ((__file__, "--out", "o", "--page"), NOT_PORT),
+        "--watch": (("--store", "s"), NOT_THERE),
+        "--settle": (("--watch", "/", "--store", "s"), ("0", "86401", "nan", "x", "")),
+        "--memory": ((__file__, "--out", "o"), ("499", "nan", "x", "")),
     },
     "film": {"RECORDING": ((), NOT_THERE), "FILM": ((), (*NO_PATH, "film.mp4", "/nowhere/film.avi", "/"))},
     "tokens": {
@@ -360,7 +363,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
 }
 """For each option what it is given with, and wrong values of it."""
 NOT_TRIED = {
-    ("run", "--attach-sim"),  # only a program gives it
+    *(("run", "--attach-sim"), ("map", "--flight"), ("map", "--parent-pid")),  # only a program gives them
     *(("check", name) for name in ("--autopilot", "--camera")),  # a check reports them, like every other setting
     ("rollback", "VERSION"),
     *((command, name) for command in ("rollback", "versions") for name in ("--root", "--runtime")),

@@ -44,6 +44,7 @@ from hawk.webhooks.delivery import SenderTimes
 from hawk.webhooks.sender import WebhookSender
 from proving.api.served import filled
 from tests.manual_clock import ManualClock
+from tests.pace import PATIENCE_S
 from tests.unit.comm.waiting import until
 from tests.unit.lots.surveys import BEGAN, survey
 from tests.unit.web.rig import Rig
@@ -243,7 +244,11 @@ async def answers(server: TestServer, headers: dict[str, str], parts: dict[str, 
             body = None if route.method in ("GET", "*") else b"{}"
             method = "GET" if route.method == "*" else route.method
             async with session.request(
-                method, server.make_url(path), data=body, allow_redirects=False, timeout=aiohttp.ClientTimeout(20)
+                method,
+                server.make_url(path),
+                data=body,
+                allow_redirects=False,
+                timeout=aiohttp.ClientTimeout(PATIENCE_S),
             ) as answer:
                 head = f"{answer.status} {dict(answer.headers)}"
                 data = b"" if path in STREAMS and answer.status == 200 else await answer.read()

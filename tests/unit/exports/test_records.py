@@ -122,5 +122,5 @@ def test_a_survey_is_named_by_its_id_or_its_beginning_and_the_newest_is_a_regist
             survey_of(connection, stored.lot, "zz")
         with pytest.raises(NotFoundError, match="there is no survey 5 of a lot"):
             read_survey(connection, "5")
-        with pytest.raises(NotFoundError, match="none of the lot's 0 surveys is registered"):
+        with pytest.raises(NotFoundError, match="none of the lot's surveys is registered"):
             survey_of(connection, "another", NEWEST)

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from hawk.exports.records import read_survey, survey_of, surveys_of
+from hawk.lots import lists
 from hawk.lots.ingest import save
 from hawk.lots.plan_files.formats import read_plan
 from hawk.lots.plan_import import transfer
@@ -56,6 +58,12 @@ def test_its_surveys_count_by_their_looks_at_sections(street: Person) -> None:
     assert [(each.name, each.surveys) for each in figures.parts] == [("Elm", 3)]
 
 
+def test_it_is_listed_with_the_number_of_its_sections(street: Person) -> None:
+    with street.store.reading() as connection:
+        (lot,) = lists.lots(connection, lists.Asked(10)).items
+    assert (lot.stalls, lot.sections, lot.survey_count) == (0, 1, 3)
+
+
 def test_two_of_its_surveys_are_compared(street: Person) -> None:
     with street.store.reading() as connection:
         listed = queries.surveys_use(connection, street.lot, period_of_lot(connection, street.lot)).surveys
@@ -89,6 +97,14 @@ def test_its_stalls_are_none_and_its_report_has_the_sections(street: Person, tmp
     assert "<td>Elm</td>" in text
     assert "Sections, weekday by hour" in text
     assert sheets(report, "en")
+
+
+def test_the_newest_survey_is_exported_with_its_sections(street: Person) -> None:
+    with street.store.reading() as connection:
+        found = read_survey(connection, survey_of(connection, street.lot))
+        assert len(surveys_of(connection, street.lot)) == 3
+    assert [(each.section.name, each.look.parked) for each in found.sections] == [("Elm", 0)]
+    assert found.stalls == ()
 
 
 def test_a_lot_that_gets_stalls_is_counted_by_these(street: Person, tmp_path: Path) -> None:

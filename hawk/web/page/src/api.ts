@@ -395,6 +395,7 @@ export interface ListedLot {
   name: string;
   time_zone: string;
   stalls: number;
+  sections: number;
   survey_count: number;
   last_survey: Survey | null;
 }
@@ -440,6 +441,7 @@ export interface Lot {
   name: string;
   time_zone: string;
   stalls: number;
+  sections: number;
   survey_count: number;
   last_survey: Survey | null;
   datum: [number, number];

@@ -6,7 +6,7 @@ import { lotsFound, marksOf, takenShare } from "../src/views/all-lots.ts";
 
 function lot(name: string, last: Partial<Survey> | null): ListedLot {
   const seen = { free: 0, taken: 0, ended: "2026-05-04T10:00:00Z", datum: [52, 5], ...last } as Survey;
-  return { id: name, name, time_zone: "UTC", stalls: 40, survey_count: 1, last_survey: last === null ? null : seen };
+  return { id: name, name, time_zone: "UTC", stalls: 40, sections: 0, survey_count: 1, last_survey: last === null ? null : seen };
 }
 
 const LOTS = [

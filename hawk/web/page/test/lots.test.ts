@@ -87,6 +87,12 @@ describe("the lots", () => {
     assert.equal(stage.part.querySelectorAll("li b b").length, 0);
   });
 
+  it("without a stall say how many sections they have", async () => {
+    globalThis.fetch = (address) => Promise.resolve(answerOf(address as string, { ...LISTED, lots: list({ ...LOTS[1], stalls: 0, sections: 3 }) }));
+    const stage = await shown();
+    assert.match(stage.text, /South *3 sections · 1 survey/);
+  });
+
   it("lead to the newest survey, where there is one", async () => {
     const stage = await shown();
     const links = [...stage.part.querySelectorAll("a")].map((link) => link.getAttribute("href"));

@@ -213,6 +213,42 @@ def test_a_link_in_place_of_a_folder_of_the_inbox_is_refused(bench: Bench, tmp_p
         bench.run()
 
 
+def test_a_disk_that_is_not_mounted_makes_the_inbox_wait(bench: Bench, flights: list[dict[str, bytes]]) -> None:
+    drop(bench.inbox / "north", flights[0])
+    bench.free = 0
+    with bench.running() as step:
+        for _ in range(3):
+            step()
+        bench.inbox.rename(bench.root / "mounted")
+        bench.inbox.mkdir()  # the place where it is mounted
+        bench.free = 10**12
+        step()
+        step()
+        assert bench.said[-1].outcome == "waits"
+        assert bench.tree() == set()
+    with pytest.raises(OSError, match=r"holds no north, which .* is the disk mounted"):
+        bench.run()
+    bench.inbox.rmdir()
+    (bench.root / "mounted").rename(bench.inbox)
+    bench.run()
+    assert bench.store.mapped == ["north"]
+
+
+def test_flights_under_way_come_back_where_the_journal_was_lost(bench: Bench, flights: list[dict[str, bytes]]) -> None:
+    drop(bench.inbox / "north", flights[0])
+    bench.free = 0
+    bench.run()
+    assert (bench.inbox / "mapping/north").is_dir()
+    drop(bench.inbox / "mapping/north/survey", {"lot.png": b"picture"})
+    (bench.place / "inbox.db").unlink()
+    bench.free = 10**12
+    drop(bench.inbox / "mapping/anna", {"letter.txt": b"a person's"})
+    bench.run()
+    (bench.inbox / "mapping/anna/letter.txt").unlink()
+    assert list(bench.store.surveys.values()) == [frozenset(flights[0].values())]
+    assert bench.tree() == {f"done/north/pictures/{name}" for name in flights[0]} | {"done/north/report.txt"}
+
+
 def test_a_full_disk_waits_and_goes_on_by_itself(bench: Bench, flights: list[dict[str, bytes]]) -> None:
     bench.free = LEAST_FREE - 1
     drop(bench.inbox / "north", flights[0])
@@ -317,7 +353,7 @@ drops = st.lists(
 )
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(dropped=drops, cuts=st.lists(st.integers(0, 40), max_size=6), between=st.integers(0, 3))
 def test_a_cut_at_any_step_loses_nothing_and_maps_nothing_twice(
     tmp_path_factory: pytest.TempPathFactory,

@@ -557,6 +557,11 @@ lot-stalls =
         [one] 1 stall
        *[other] { $stalls } stalls
     }
+lot-sections =
+    { $sections ->
+        [one] 1 section
+       *[other] { $sections } sections
+    }
 lot-surveys =
     { $surveys ->
         [one] 1 survey

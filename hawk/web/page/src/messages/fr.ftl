@@ -553,6 +553,11 @@ lot-stalls =
         [one] { $stalls } place
        *[other] { $stalls } places
     }
+lot-sections =
+    { $sections ->
+        [one] { $sections } section
+       *[other] { $sections } sections
+    }
 lot-surveys =
     { $surveys ->
         [one] { $surveys } relevé

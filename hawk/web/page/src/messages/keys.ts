@@ -345,6 +345,7 @@ export interface Messages {
   "lots-over-time": Record<string, never>;
   "lots": Record<string, never>;
   "lot-stalls": { stalls: number };
+  "lot-sections": { sections: number };
   "lot-surveys": { surveys: number };
   "lot-seen": { when: string | number };
   "clock-of": { city: string | number };

@@ -56,7 +56,8 @@ export class LotsList extends Part {
 
   private row(lot: ListedLot): TemplateResult {
     const seen = lot.last_survey === null ? "" : say("lot-seen", { when: timeOnClock(lot.last_survey.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" }) });
-    return html`<span><b>${lot.name}</b><span class="sub">${say("lot-stalls", { stalls: lot.stalls })} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span></span>
+    const parts = lot.stalls === 0 && lot.sections > 0 ? say("lot-sections", { sections: lot.sections }) : say("lot-stalls", { stalls: lot.stalls });
+    return html`<span><b>${lot.name}</b><span class="sub">${parts} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span></span>
       <span class="choices">${lot.last_survey === null ? nothing : html`<a class="button" href="#/lots/${lot.id}/${lot.last_survey.id}" aria-label=${say("newest-survey-of", { name: lot.name })}>${say("newest-survey")}</a>`}
         ${this.mayChange() ? this.changing(lot) : nothing}</span>`;
   }
