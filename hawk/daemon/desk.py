@@ -7,10 +7,12 @@ command to a drone is refused. Under the plan lies the picture of a survey of th
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import secrets
 import signal
 import time
+from collections.abc import AsyncIterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from functools import partial
@@ -186,24 +188,34 @@ async def _serve_page(
     if under is not None:
         occupancy_map.publish(under.mosaic)
     await serve(server, config.web)
-    page = PageShown.of(server, tls)
-    for line in announcement(page, folder, is_simulation=False, survey=place if store else ""):
-        print(line, flush=True)
-    if store is None:
-        print(f"hawk: the recording: {page.url.rstrip('/')}/{place}", flush=True)
-    sending = asyncio.create_task(_send_on(config, store), name="collect")
+    _announce(PageShown.of(server, tls), folder, place, is_recording=store is None)
     try:
-        await _speak(status, clock, under)
+        async with _sending(config, store):
+            await _speak(status, clock, under)
     finally:
-        sending.cancel()
-        await asyncio.gather(sending, return_exceptions=True)
         await server.close()
 
 
-async def _send_on(config: Config, store: LotStore | None) -> None:
+def _announce(page: PageShown, folder: Path, place: str, *, is_recording: bool) -> None:
+    for line in announcement(page, folder, is_simulation=False, survey="" if is_recording else place):
+        print(line, flush=True)
+    if is_recording:
+        print(f"hawk: the recording: {page.url.rstrip('/')}/{place}", flush=True)
+
+
+@contextlib.asynccontextmanager
+async def _sending(config: Config, store: LotStore | None) -> AsyncIterator[None]:
     """Send surveys of the store to the desk that collects them, where the settings name one."""
-    if store is not None:
-        await DocumentSender(store, config.collect, time.time, lambda: False, _log_message).run()
+    if store is None:
+        yield
+        return
+    sender = DocumentSender(store, config.collect, time.time, lambda: False, _log_message)
+    running = asyncio.create_task(sender.run(), name="collect")
+    try:
+        yield
+    finally:
+        running.cancel()
+        await asyncio.gather(running, return_exceptions=True)
 
 
 def _log_message(level: Level, text: str, details: str) -> None:
