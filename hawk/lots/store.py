@@ -61,6 +61,8 @@ FILE_S: Final = 60.0
 OPEN_S: Final = 2.0
 """Real seconds to search for damage while the file is opened: a store of some hundred lots is searched by then."""
 _BUSY: Final = "The store of lots is busy: ask again in some seconds."
+_AHEAD_S: Final = 86_400.0
+"""Seconds by which a survey from elsewhere may be ahead of this computer's clock: zones and clocks that run fast."""
 _NICENESS: Final = (15,)
 """The threads, and those that they start, step back behind every other one of the program."""
 
@@ -137,6 +139,8 @@ class LotStore:
             document = survey_document.unpacked(data)
             if document.survey.id != survey:
                 raise LotInputError("survey.id", f"must be the id of the address, {survey}")
+            if document.survey.time_is_sure and document.survey.ended > self._wall() + _AHEAD_S:
+                raise LotInputError("survey.ended", "is more than a day ahead: set the clock of drone and desk right")
             with self._opened().writing() as connection:
                 found = collection.collect(connection, document, drone, self.register)
             if found.has_newer_picture:

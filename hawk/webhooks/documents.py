@@ -119,7 +119,14 @@ class DocumentSender:
         Raises LotStoreError.
         """
         await self._store.open()
-        target, now = target_of(url), self._wall()
+        try:
+            token = await self._elsewhere(lambda: _token(self._settings.token_file))
+        except (OSError, ValueError) as error:
+            words = f"collect.token_file: {error}; write the token that the desk gave into it"
+            await self._wait_for_link(url, TryOutcome(0, words))
+            return False
+        # a desk whose store was lost gives new tokens: then all is sent again
+        target, now = target_of(SecretUrl(f"{url.get_secret_value()}#{token}")), self._wall()
         message = await self._store.read(lambda c: outbox.due_state(c, target, now))
         if message is None:
             return False
@@ -129,9 +136,9 @@ class DocumentSender:
             await self._store.write(lambda c: outbox.note_sent(c, message, target, now))
             return True
         except LotStoreError as error:
-            await self._note_failed(url, message, TryOutcome(0, str(error)))
+            await self._note_failed(url, message, target, TryOutcome(0, str(error)))
             return True
-        outcome = await self._put(session, url, packed)
+        outcome = await self._put(session, url, packed, token)
         if not outcome.problem:
             sent_at, self._failed = self._wall(), 0
             sent = (*packed.states, message.seq)
@@ -140,7 +147,7 @@ class DocumentSender:
         if outcome.status in _AWAY:
             await self._wait_for_link(url, outcome)
             return False
-        await self._note_failed(url, message, outcome)
+        await self._note_failed(url, message, target, outcome)
         return True
 
     def _packed(self, connection: Connection, message: Message) -> PackedSurvey:
@@ -159,11 +166,9 @@ class DocumentSender:
         numbers = (document.survey.state, *(lot.state for lot in document.lots))
         return PackedSurvey(named, numbers, survey_document.packed(document))
 
-    async def _put(self, session: aiohttp.ClientSession, url: SecretUrl, packed: PackedSurvey) -> TryOutcome:
-        try:
-            token = await self._elsewhere(lambda: _token(self._settings.token_file))
-        except (OSError, ValueError) as error:
-            return TryOutcome(0, f"collect.token_file: {error}; write the token that the desk gave into it")
+    async def _put(
+        self, session: aiohttp.ClientSession, url: SecretUrl, packed: PackedSurvey, token: str
+    ) -> TryOutcome:
         headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/gzip"}
         place = SecretUrl(f"{url.get_secret_value().rstrip('/')}/api/v1/surveys/{packed.survey}/document")
         body = self._paced(packed.data)
@@ -193,9 +198,9 @@ class DocumentSender:
         looks = LOOKS[min(self._failed, len(LOOKS)) - 1]
         await asyncio.sleep((looks - 1) * self._times.look_s)
 
-    async def _note_failed(self, url: SecretUrl, message: Message, outcome: TryOutcome) -> None:
+    async def _note_failed(self, url: SecretUrl, message: Message, target: str, outcome: TryOutcome) -> None:
         """Note that the desk refused a document, or that none can be made; one of what it erased is sent no more."""
-        target, now = target_of(url), self._wall()
+        now = self._wall()
         is_over = outcome.status == HTTPStatus.GONE
         note = outbox.give_up if is_over else outbox.note_failed
         await self._store.write(lambda c: note(c, message, target, now))
@@ -207,6 +212,8 @@ class DocumentSender:
 
 
 def _details(outcome: TryOutcome) -> str:
+    if outcome.status == HTTPStatus.UNAUTHORIZED:
+        return say("The desk does not know the token of collect.token_file: make a new one there for this drone.")
     return f"{outcome.problem}: {outcome.said}" if outcome.said else outcome.problem
 
 

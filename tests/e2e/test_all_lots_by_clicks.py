@@ -60,7 +60,9 @@ async def test_a_lot_is_found_among_all_and_opened(
         await shows(page, "3 of 3 lots")
         rows = page.locator("archive-all-lots tbody th")
         await expect(rows).to_have_text(list(NAMES))
-        await expect(page.locator("archive-all-lots .mapfoot")).to_contain_text("m")  # the scale
+        scale = page.locator("archive-all-lots .mapfoot span").last
+        await expect(scale).to_be_visible()
+        await expect(scale).to_contain_text("m")
         await page.screenshot(path=screenshots / f"all-lots-{size['width']}.png")
         assert await page.evaluate(RUN_AXE) == []
         assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")

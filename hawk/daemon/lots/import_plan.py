@@ -97,7 +97,10 @@ def _previewed(
     connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
 ) -> Preview:
     lot = None if options.lot is None else names.lot_named(connection, options.lot)
-    return previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
+    found = previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
+    if lot is None:
+        transfer.check_new_ground(connection, found)
+    return found
 
 
 def _taken(

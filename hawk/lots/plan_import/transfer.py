@@ -7,7 +7,7 @@ from typing import Any, Final
 
 import numpy as np
 from shapely import MultiPoint
-from sqlalchemy import Connection
+from sqlalchemy import Connection, select
 
 from hawk.lots import change_log
 from hawk.lots.answers import Begun
@@ -23,7 +23,7 @@ from hawk.lots.plan.values import SHAPE, Draft, shapes_of
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_import.previews import Preview
 from hawk.lots.registration.georeference import ring_on_earth
-from hawk.lots.registration.lot_match import Answer, which_lot
+from hawk.lots.registration.lot_match import which_lot
 from hawk.lots.registration.survey_place import ABOUT_M
 from hawk.lots.rows import Row
 from hawk.lots.schema import LOT, SECTION, STALL
@@ -61,6 +61,16 @@ def _check(preview: Preview, asked: Mapping[str, Any]) -> None:
         raise LotInputError("rename", f"is needed: {clashes[0].name}: {clashes[0].reason}{more}")
 
 
+def check_new_ground(connection: Connection, preview: Preview) -> None:
+    """Refuse a new lot on the ground of another one, which is named. Raises LotInputError."""
+    places = lot_places(connection)
+    decision = which_lot(_outline(preview.matched.draft, preview.placement.datum), places)
+    there = decision.lot or next((each.lot for each in decision.candidates if each.overlap > 0), None)
+    if there is not None:
+        name = connection.execute(select(LOT.c.name).where(LOT.c.id == there)).scalar_one()
+        raise LotInputError("lot", f"{name} is there already on the ground of this plan: import it into that lot")
+
+
 def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], who: str, now: float) -> Begun:
     """Make a lot called ``name`` of a plan, its first layout; return the change, which is undone once.
 
@@ -70,10 +80,8 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
     name = checked_name(asked.get("name"))
     _check(preview, asked)
     draft = preview.matched.draft
+    check_new_ground(connection, preview)
     outline = _outline(draft, preview.placement.datum)
-    decision = which_lot(outline, lot_places(connection))
-    if decision.answer is Answer.KNOWN or any(each.overlap > 0 for each in decision.candidates):
-        raise LotInputError("lot", "is there already on the ground of this plan: import it into that lot")
     lot = new_id()
     stalls = checked(connection, lot, draft, ()).added
     latitude, longitude = preview.placement.datum

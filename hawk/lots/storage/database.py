@@ -395,6 +395,7 @@ def migrate(connection: Connection, target: str = "head") -> None:
     store = _raw(connection)
     is_new = store.execute("PRAGMA user_version").fetchone() == (0,)
     damaged = () if is_new else damaged_parts(store)
+    logging.getLogger("alembic").setLevel(logging.WARNING)  # a new store is no news to an operator
     with environment.EnvironmentContext(config.Config(), scripts, fn=steps, destination_rev=target) as context:
         context.configure(connection=connection, transactional_ddl=True)
         context.run_migrations()

@@ -210,13 +210,30 @@ async def test_a_wrong_token_and_a_missing_file_are_said_with_the_remedy(line: L
     (line.folder / "token").write_text("guess")
     async with running(line.sender()):
         await until(lambda: bool(line.said), 20)
-    assert line.said[0][1].strip().startswith("answered HTTP 401: This drone asks for a token")
+    assert line.said[0][1] == (
+        "The desk does not know the token of collect.token_file: make a new one there for this drone."
+    )
     line.said.clear()
     (line.folder / "token").unlink()
     async with running(line.sender()):
         await until(lambda: bool(line.said), 20)
     assert "write the token that the desk gave into it" in line.said[0][1]
     assert await line.surveys() == []
+
+
+async def test_with_a_new_token_all_is_sent_again_to_a_desk_that_lost_its_store(line: Line) -> None:
+    line.drone.add(survey())
+    times = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.sent.is_not(None))
+    async with running(line.sender()):
+        await line.is_received()
+    before = await line.store.read(lambda c: c.execute(times).scalar_one())
+    async with running(line.sender()):
+        await line.is_received()
+    assert await line.store.read(lambda c: c.execute(times).scalar_one()) == before, "by the same token nothing"
+    (line.folder / "token").write_text(rotate_drone(line.folder / "desk" / TOKEN_FILE, ONE))
+    async with running(line.sender()), asyncio.timeout(15):
+        while await line.store.read(lambda c: c.execute(times).scalar_one()) < 2 * before:  # noqa: ASYNC110
+            await asyncio.sleep(0.01)
 
 
 async def test_a_document_that_cannot_be_made_is_said_and_holds_up_no_other_one(line: Line) -> None:

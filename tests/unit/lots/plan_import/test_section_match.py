@@ -151,7 +151,7 @@ def test_a_new_lot_of_sections_alone_is_made_and_undone(person: Importer) -> Non
     with person.store.reading() as connection:
         outline = whole.lot(connection, made["lot"])["outline"]
     assert shapely.Polygon(outline[0]).covers(shapely.Point(52.0 + 5000 / 111_250, 5.0005))
-    with pytest.raises(LotInputError, match="lot: is there already on the ground of this plan"):
+    with pytest.raises(LotInputError, match="is there already on the ground of this plan"):
         person.begin(geojson([kerb(north)]), "Again")
     assert person.undo_change(made["seq"]) == "import"
 

@@ -132,9 +132,7 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
     assert all(stall["is_confirmed"] for stall in lot["stalls"])
     assert (lot["name"], lot["datum_is_pinned"], lot["surveys"]) == ("North", True, [])
     assert lot["layouts"][0]["why"] == "imported from plan.geojson"
-    with pytest.raises(
-        LotInputError, match="lot: is there already on the ground of this plan: import it into that lot"
-    ):
+    with pytest.raises(LotInputError, match="is there already on the ground of this plan: import it into that lot"):
         person.begin(far, "Again")
     assert person.undo_change(made["seq"]) == "import"
     with person.store.reading() as connection:
@@ -146,7 +144,7 @@ def test_a_new_lot_may_lie_beside_another_one_and_not_on_a_part_of_it(person: Im
     near = drawn(24, a_row=12, north=100.0)
     assert person.begin(geojson(near))["stalls"] == 24
     for north in (113.0, 123.0):  # by more and by less than what makes two lots one
-        with pytest.raises(LotInputError, match="lot: is there already on the ground of this plan"):
+        with pytest.raises(LotInputError, match="is there already on the ground of this plan"):
             person.begin(geojson(drawn(24, a_row=12, north=north)), "Again")
     assert person.begin(geojson(drawn(24, a_row=12, north=160.0)), "Beside")["stalls"] == 24
 

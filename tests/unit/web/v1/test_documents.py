@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
@@ -94,6 +95,15 @@ async def test_a_document_is_stored_with_its_picture_and_answered_the_same_each_
             assert [each["placed"] for each in (await answer.json())["items"]] == ["first", "registered"]
         async with viewer.get(centre.url(f"/api/v1/lots/{document.survey.lot}/stalls?limit=1000")) as answer:
             assert {each["survey"] for each in (await answer.json())["items"]} == {document.survey.id}
+
+
+async def test_a_survey_of_the_day_after_tomorrow_is_refused(centre: Centre) -> None:
+    first, _ = centre.documents()
+    ahead = time.time() + 2 * 86_400.0
+    late = first.survey.model_copy(update={"began": ahead - 60.0, "ended": ahead, "time_is_sure": True})
+    status, problem = await centre.send(first.model_copy(update={"survey": late}))
+    assert (status, problem["field"]) == (422, "survey.ended")
+    assert "set the clock of drone and desk right" in problem["detail"]
 
 
 async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Centre) -> None:

@@ -748,6 +748,7 @@ the-counter-says-counter-volts-v-a-cell-state-is-allowed-at = the counter says {
 the-counter-says-nothing = the counter says nothing
 the-counter-stands-still-at-counter-for-still-s = the counter stands still at { $counter } % for { $still } s
 the-cut-of-the-motors-was-cleared = The cut of the motors was cleared.
+the-desk-does-not-know-the-token-of-collect-token-file-make = The desk does not know the token of collect.token_file: make a new one there for this drone.
 the-desk-name-does-not-take-a-survey = The desk { $name } does not take a survey.
 the-desk-name-takes-no-survey-it-is-tried-on = The desk { $name } takes no survey; it is tried on.
 the-drawn-fence-cannot-be-used-error = The drawn fence cannot be used: { $error }

@@ -778,6 +778,7 @@ the-counter-says-counter-volts-v-a-cell-state-is-allowed-at = le compteur dit { 
 the-counter-says-nothing = le compteur ne dit rien
 the-counter-stands-still-at-counter-for-still-s = le compteur reste à { $counter } % depuis { $still }{ "\u00A0" }s
 the-cut-of-the-motors-was-cleared = La coupure des moteurs a été levée.
+the-desk-does-not-know-the-token-of-collect-token-file-make = Le bureau ne connaît pas le jeton de collect.token_file : faites-en un nouveau là-bas pour ce drone.
 the-desk-name-does-not-take-a-survey = Le bureau { $name } ne prend pas un relevé.
 the-desk-name-takes-no-survey-it-is-tried-on = Le bureau { $name } ne prend aucun relevé ; les essais continuent.
 the-drawn-fence-cannot-be-used-error = La géobarrière dessinée est inutilisable : { $error }
