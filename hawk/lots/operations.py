@@ -198,18 +198,18 @@ def _middle(area: Row) -> shapely.Point | None:
     return shapely.Polygon(ring).representative_point() if ring else None
 
 
-_PLACE: Final = ("lot", "layout", "placed", "candidates", "north", "east", "turn", "doubt")
+PLACE: Final = ("lot", "layout", "placed", "candidates", "north", "east", "turn", "doubt")
 """Columns of a survey that say where it lies."""
 
 
 def placed(survey: Row, **values: object) -> Row:
     """Return the change of a survey's place: all columns that say it, so that its undo finds every later change."""
-    return survey.setting(**{name: survey[name] for name in _PLACE} | values)
+    return survey.setting(**{name: survey[name] for name in PLACE} | values)
 
 
 def unplaced(survey: Row, lot: str | None, relation: Placed, doubt: str | None = None) -> Row:
     """Return the change of a survey to one of a lot, or of none, without a place among stalls."""
-    nowhere: dict[str, object] = dict.fromkeys(_PLACE)
+    nowhere: dict[str, object] = dict.fromkeys(PLACE)
     return survey.setting(**nowhere | {"lot": lot, "placed": relation.value, "candidates": _NONE, "doubt": doubt})
 
 

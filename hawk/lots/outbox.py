@@ -13,7 +13,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, Final
 
-from sqlalchemy import ColumnElement, Connection, Row, and_, delete, func, select, update
+from sqlalchemy import ColumnElement, Connection, Row, Select, and_, delete, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
 from hawk.lots.schema import DELIVERY, OUTBOX
@@ -54,26 +54,26 @@ def due(connection: Connection, target: str, now: float) -> Message | None:
 
     What came after the last message that the receiver was sent is due at any age: a clock may have jumped since.
     """
-    same = and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target)
     known = select(func.max(DELIVERY.c.message)).where(DELIVERY.c.target == target).scalar_subquery()
     is_new = DELIVERY.c.message.is_(None) & ((OUTBOX.c.made > now - TRIED_S) | (OUTBOX.c.seq > known))
-    asked = _ASKED.outerjoin(DELIVERY, same).where(OUTBOX.c.kind.not_in(states.KINDS), is_new | _is_again(now))
-    return _message(connection.execute(asked.order_by(OUTBOX.c.seq).limit(1)).one_or_none())
+    asked = _asked(target).where(OUTBOX.c.kind.not_in(states.KINDS), is_new | _is_again(now))
+    return _first(connection, asked)
 
 
 def due_state(connection: Connection, target: str, now: float) -> Message | None:
     """Return the newest state where it was not tried yet, else the oldest one that is due; None: nothing is due."""
-    same = and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target)
-    asked = _ASKED.outerjoin(DELIVERY, same).where(OUTBOX.c.kind.in_(states.KINDS))
+    asked = _asked(target).where(OUTBOX.c.kind.in_(states.KINDS))
     newest = select(func.max(OUTBOX.c.seq)).where(OUTBOX.c.kind.in_(states.KINDS)).scalar_subquery()
-    first = connection.execute(asked.where(OUTBOX.c.seq == newest, DELIVERY.c.message.is_(None))).one_or_none()
-    if first is not None:
-        return _message(first)
-    is_due = DELIVERY.c.message.is_(None) | _is_again(now)
-    return _message(connection.execute(asked.where(is_due).order_by(OUTBOX.c.seq).limit(1)).one_or_none())
+    first = _first(connection, asked.where(OUTBOX.c.seq == newest, DELIVERY.c.message.is_(None)))
+    return first or _first(connection, asked.where(DELIVERY.c.message.is_(None) | _is_again(now)))
 
 
 _ASKED: Final = select(OUTBOX.c.seq, OUTBOX.c.kind, OUTBOX.c.body, OUTBOX.c.made, DELIVERY.c.tries)
+
+
+def _asked(target: str) -> Select[Any]:
+    """Return the query of messages with their deliveries to a receiver."""
+    return _ASKED.outerjoin(DELIVERY, and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target))
 
 
 def _is_again(now: float) -> ColumnElement[bool]:
@@ -81,8 +81,13 @@ def _is_again(now: float) -> ColumnElement[bool]:
     return and_(is_open, DELIVERY.c.message.is_not(None))
 
 
-def _message(row: Row[*tuple[Any, ...]] | None) -> Message | None:
-    return None if row is None else Message(row.seq, row.kind, row.body, row.made, row.tries or 0)
+def _message(row: Row[*tuple[Any, ...]]) -> Message:
+    return Message(row.seq, row.kind, row.body, row.made, row.tries or 0)
+
+
+def _first(connection: Connection, asked: Select[Any]) -> Message | None:
+    row = connection.execute(asked.order_by(OUTBOX.c.seq).limit(1)).one_or_none()
+    return None if row is None else _message(row)
 
 
 def note_sent(connection: Connection, message: Message, target: str, now: float) -> None:
@@ -94,10 +99,9 @@ def note_sent(connection: Connection, message: Message, target: str, now: float)
 
 def note_states_sent(connection: Connection, states_sent: Collection[int], target: str, now: float) -> None:
     """Note that a receiver has got states of surveys and lots, by their numbers; those that are gone are left out."""
-    asked = _ASKED.outerjoin(DELIVERY, and_(DELIVERY.c.message == OUTBOX.c.seq, DELIVERY.c.target == target))
-    for row in connection.execute(asked.where(OUTBOX.c.seq.in_(states_sent), OUTBOX.c.kind.in_(states.KINDS))).all():
-        message = Message(row.seq, row.kind, row.body, row.made, row.tries or 0)
-        _put(connection, message, target, now, sent=now)
+    asked = _asked(target).where(OUTBOX.c.seq.in_(states_sent), OUTBOX.c.kind.in_(states.KINDS))
+    for row in connection.execute(asked).all():
+        _put(connection, _message(row), target, now, sent=now)
 
 
 def give_up(connection: Connection, message: Message, target: str, now: float) -> None:

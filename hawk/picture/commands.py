@@ -229,16 +229,18 @@ def _check_watch(options: argparse.Namespace) -> None:
     own = {"watch", "settle", "store", "json", "action", "boxed", *_PASSED_ON}
     for name, value in vars(options).items():
         if name not in own and value not in (None, False):
-            option = name if name == "source" else f"--{name.replace('_', '-')}"
-            raise ConfigError(
-                f"{option.replace('source', 'SOURCE')}: not together with --watch, which maps every flight"
-            )
+            raise ConfigError(f"{_written(name)}: not together with --watch, which maps every flight")
     if options.store is None:
         raise ConfigError("--store: is needed with --watch: name the folder of the store of lots")
     watched = options.watch.resolve()
     for name, path in (("the store", options.store), ("a home folder", Path.home())):
         if path.resolve().is_relative_to(watched):
             raise ConfigError(f"--watch: {options.watch} holds {name}, whose files would be moved; name a new folder")
+
+
+def _written(name: str) -> str:
+    """Return an option as it is written on the command line."""
+    return "SOURCE" if name == "source" else f"--{name.replace('_', '-')}"
 
 
 def _passed_on(options: argparse.Namespace) -> dict[str, str]:
@@ -251,9 +253,7 @@ def _check(options: argparse.Namespace) -> None:
     """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
     for name in ("source", "out"):
         if getattr(options, name) is None:
-            raise ConfigError(
-                f"{'SOURCE' if name == 'source' else '--out'}: is needed without --watch (see map --help)"
-            )
+            raise ConfigError(f"{_written(name)}: is needed without --watch (see map --help)")
     if options.settle is not None:
         raise ConfigError("--settle: only together with --watch")
     is_file = options.out.exists() and not options.out.is_dir()

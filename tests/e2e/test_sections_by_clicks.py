@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-import os
 import re
-import sys
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,11 +19,11 @@ from hawk.lots.plan_import.previews import preview
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import pictures_of
+from tests.e2e.desk import desk_of
 from tests.e2e.hands import new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, done
 from tests.e2e.watching import watch
-from tests.pace import PATIENCE_S
 from tests.unit.lots.plan_files.files import degrees, feature, geojson
 from tests.unit.lots.test_training_set import mosaic
 from tests.unit.stats.test_panel import register
@@ -55,24 +51,8 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
             saved = save(connection, flown_at(number, MONDAY + 86_400 * number, easts), register)
         pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
     store.close()
-    async with desk(tmp_path) as address:
+    async with desk_of(tmp_path) as address:
         yield address
-
-
-@asynccontextmanager
-async def desk(folder: Path) -> AsyncIterator[str]:
-    """Serve a store; yield the address."""
-    command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(folder)]
-    process = await asyncio.create_subprocess_exec(
-        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
-    )
-    assert process.stdout is not None
-    async with asyncio.timeout(PATIENCE_S):
-        line = (await process.stdout.readline()).decode()
-    yield line.split()[2]
-    process.terminate()
-    async with asyncio.timeout(PATIENCE_S):
-        assert await process.wait() == 0
 
 
 async def opened(browser: Browser, address: str, **options: object) -> tuple[Page, list[str]]:
@@ -211,7 +191,7 @@ async def street(tmp_path: Path) -> AsyncIterator[str]:
             saved = save(connection, replace(flown, stalls=(), outline=flown.seen_ground))
         pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
     store.close()
-    async with desk(tmp_path) as address:
+    async with desk_of(tmp_path) as address:
         yield address
 
 

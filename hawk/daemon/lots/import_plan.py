@@ -87,7 +87,7 @@ async def _import(store: LotStore, options: argparse.Namespace) -> str:
         packed = await child.read_apart(options.file.read_bytes(), asked.file, log=log if log.is_file() else None)
         if not options.dry_run:
             return await store.write(lambda connection: _taken(connection, packed, asked, options, store))
-        _shown(await store.read(lambda c: _previewed(c, packed, asked, options, store), lots.FILE_S))
+        _shown(await store.read(lambda c: _tried(c, packed, asked, options, store), lots.FILE_S))
         return ""
     finally:
         await store.close()
@@ -97,9 +97,16 @@ def _previewed(
     connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
 ) -> Preview:
     lot = None if options.lot is None else names.lot_named(connection, options.lot)
-    found = previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
-    if lot is None:
-        transfer.check_new_ground(connection, found)
+    return previews.preview(connection, lot, child.unpacked(packed), asked, store.register)
+
+
+def _tried(
+    connection: Connection, packed: bytes, asked: ImportAsked, options: argparse.Namespace, store: LotStore
+) -> Preview:
+    """Return the preview of an import that would be taken."""
+    found = _previewed(connection, packed, asked, options, store)
+    if found.lot is None:
+        transfer.new_ground(connection, found)
     return found
 
 

@@ -10,13 +10,14 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 from sqlalchemy import Connection, RowMapping, delete, insert, select, update
 
 from hawk.lots.documents import plan_rows
 from hawk.lots.documents.survey_document import Ground, LotPart, SurveyDocument, digest_of
 from hawk.lots.ingest import register_survey, survey_columns
+from hawk.lots.operations import PLACE
 from hawk.lots.registration.survey_place import Doubt
 from hawk.lots.schema import DOCUMENT, ERASED, LOT, LOT_DOCUMENT, OBSERVATION, SECTION_LOOK, SURVEY
 from hawk.lots.storage.digests import check_whole
@@ -33,9 +34,6 @@ from hawk.lots.values import (
     Register,
 )
 from hawk.model.poses import GlobalPose
-
-_PLACE: Final = ("lot", "layout", "placed", "candidates", "north", "east", "turn", "doubt")
-"""Columns of a survey that say where it lies."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,12 +220,12 @@ def _columns(finished: FinishedSurvey, document: SurveyDocument) -> dict[str, An
     """Return the columns of a survey that say nothing of its place."""
     survey = document.survey
     found = survey_columns(finished, None, survey.placed, (), is_sure=survey.time_is_sure)
-    return {name: value for name, value in found.items() if name not in _PLACE}
+    return {name: value for name, value in found.items() if name not in PLACE}
 
 
 def _place(document: SurveyDocument, into: str | None) -> dict[str, Any]:
     """Return the columns of a survey that say where it lies; ``into``: as of `_merged_here`."""
-    survey, nowhere = document.survey, dict.fromkeys(_PLACE)
+    survey, nowhere = document.survey, dict.fromkeys(PLACE)
     if into is not None:
         return nowhere | {"lot": into, "placed": Placed.UNREGISTERED.value, "candidates": "[]"}
     doubt = None
@@ -240,7 +238,7 @@ def _place(document: SurveyDocument, into: str | None) -> dict[str, Any]:
 
 
 def _place_text(row: RowMapping) -> str:
-    return json.dumps([row[name] for name in _PLACE])
+    return json.dumps([row[name] for name in PLACE])
 
 
 def _merged_here(connection: Connection, lot: str | None) -> str | None:

@@ -61,14 +61,15 @@ def _check(preview: Preview, asked: Mapping[str, Any]) -> None:
         raise LotInputError("rename", f"is needed: {clashes[0].name}: {clashes[0].reason}{more}")
 
 
-def check_new_ground(connection: Connection, preview: Preview) -> None:
-    """Refuse a new lot on the ground of another one, which is named. Raises LotInputError."""
-    places = lot_places(connection)
-    decision = which_lot(_outline(preview.matched.draft, preview.placement.datum), places)
+def new_ground(connection: Connection, preview: Preview) -> Outline:
+    """Return the ground of a new lot. Raises LotInputError for that of another lot, which is named."""
+    outline = _outline(preview.matched.draft, preview.placement.datum)
+    decision = which_lot(outline, lot_places(connection))
     there = decision.lot or next((each.lot for each in decision.candidates if each.overlap > 0), None)
     if there is not None:
         name = connection.execute(select(LOT.c.name).where(LOT.c.id == there)).scalar_one()
         raise LotInputError("lot", f"{name} is there already on the ground of this plan: import it into that lot")
+    return outline
 
 
 def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], who: str, now: float) -> Begun:
@@ -80,8 +81,7 @@ def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], wh
     name = checked_name(asked.get("name"))
     _check(preview, asked)
     draft = preview.matched.draft
-    check_new_ground(connection, preview)
-    outline = _outline(draft, preview.placement.datum)
+    outline = new_ground(connection, preview)
     lot = new_id()
     stalls = checked(connection, lot, draft, ()).added
     latitude, longitude = preview.placement.datum

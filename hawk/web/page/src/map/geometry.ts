@@ -48,12 +48,22 @@ export function turn(from: number, to: number, share: number): number {
   return from + difference * share;
 }
 
+/** A scale is at most so long, pixels. */
+const LONGEST_BAR_PX = 120;
+
 /** A round length whose bar is at most `longest` pixels long; `resolution` is length a pixel. */
 export function scaleBar(resolution: number, longest: number): { length: number; pixels: number } {
   const most = resolution * longest;
   const power = 10 ** Math.floor(Math.log10(most));
   const step = [5, 2, 1].find((each) => each * power <= most) ?? 1;
   return { length: step * power, pixels: (step * power) / resolution };
+}
+
+/** Draws the scale of a map at a resolution, units a pixel, and returns its length. */
+export function showScale(host: HTMLElement, resolution: number): number {
+  const { length, pixels } = scaleBar(resolution, LONGEST_BAR_PX);
+  host.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
+  return length;
 }
 
 /** What part of the map is shown: pixels of the page, metres a pixel, radians clockwise by which north is turned. */

@@ -4,7 +4,7 @@ import OlMap, { type FrameState } from "ol/Map.js";
 import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import { FONT_FAMILY } from "../font.ts";
-import { type Coordinate, type Extent, type Sight, toPixel } from "./geometry.ts";
+import { type Coordinate, type Extent, extentOf, type Sight, toPixel } from "./geometry.ts";
 import { WideCanvas } from "./wide-canvas.ts";
 
 /** A lot on the map of all: its place in metres east and north, and how full it is; null: nobody knows. */
@@ -74,11 +74,9 @@ export class LotsMap {
   }
 
   showAll(): void {
-    const places = this.layer.marks.map(({ place }) => place);
+    const extent = extentOf(this.layer.marks.map(({ place }) => place));
     const size = this.map.getSize();
-    if (places.length === 0 || !size) return;
-    const [easts, norths] = [places.map(([east]) => east), places.map(([, north]) => north)];
-    const extent = [least(easts), least(norths), -least(easts.map((each) => -each)), -least(norths.map((each) => -each))];
+    if (!extent || !size) return;
     this.view.fit(extent, { size, padding: PADDING_PX, minResolution: ALONE_M });
   }
 
@@ -89,11 +87,6 @@ export class LotsMap {
   dispose(): void {
     this.map.setTarget(undefined);
   }
-}
-
-/** The least of values: ten thousand are too many arguments for a function. */
-function least(values: readonly number[]): number {
-  return values.reduce((one, other) => Math.min(one, other), Infinity);
 }
 
 /** Colours of names, and of the seam about them. */

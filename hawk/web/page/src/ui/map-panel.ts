@@ -3,7 +3,7 @@ import { customElement, property, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
 import { dronePlace, shownChanges, shownFence, shownOutline } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
-import { cardPlace, scaleBar, toCoordinate } from "../map/geometry.ts";
+import { cardPlace, showScale, toCoordinate } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
 import { PlanOnMap } from "../map/plan-on-map.ts";
 import type { LotFrame } from "../plan/frame.ts";
@@ -326,8 +326,7 @@ export class MapPanel extends Part {
   private placeMarks(): void {
     if (!this.lot) return;
     const { units } = this.model.preferences;
-    const { length, pixels } = scaleBar(this.lot.resolution / SCALES[units].metres, 120);
-    this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
+    const length = showScale(this, this.lot.resolution / SCALES[units].metres);
     const words = this.querySelector<HTMLElement>(".metres");
     if (words) words.textContent = format.scaleLength(length, units);
     this.querySelector<HTMLElement>(".compass")?.style.setProperty("--turn", `${this.lot.rotation}rad`);

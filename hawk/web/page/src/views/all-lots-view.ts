@@ -2,7 +2,7 @@ import { html, LitElement, nothing, type PropertyValues, type TemplateResult } f
 import { customElement, property, query, state } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
-import { scaleBar } from "../map/geometry.ts";
+import { showScale } from "../map/geometry.ts";
 import { LotsMap } from "../map/lots-map.ts";
 import type { Place } from "../route/place.ts";
 import { icon } from "../ui/icons.ts";
@@ -12,7 +12,6 @@ import { number, say } from "../words/say.ts";
 import { type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
 
 const ZOOM = 1.6;
-const LONGEST_BAR_PX = 120;
 /** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
 const ORDERS: readonly LotOrder[] = ["name", "free", "seen"];
@@ -32,6 +31,7 @@ export class AllLotsView extends LitElement {
   @state() private metres = "";
   @query(".ol") private holder!: HTMLElement | null;
   private map: LotsMap | null = null;
+  private found: readonly ListedLot[] = [];
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -43,8 +43,12 @@ export class AllLotsView extends LitElement {
     super.disconnectedCallback();
   }
 
+  override willUpdate(changed: PropertyValues): void {
+    if (["lots", "wanted", "order", "spoken"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted, this.order);
+  }
+
   override render(): TemplateResult {
-    const found = lotsFound(this.lots, this.wanted, this.order);
+    const { found } = this;
     const listed = found.slice(0, this.most);
     return html`<section class="map lots" aria-label=${say("map")}>
         <div class="ol" tabindex="0" role="application" aria-label=${say("all-lots-map", { lots: found.length })}></div>
@@ -63,17 +67,21 @@ export class AllLotsView extends LitElement {
       </div>`;
   }
 
-  override updated(changed: PropertyValues<this>): void {
+  override updated(changed: PropertyValues): void {
     if (this.holder === null) return;
+    const isNew = this.map === null;
     this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.moved());
     if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour(this.holder);
-    const found = lotsFound(this.lots, this.wanted, "name");
+    if (isNew || ["lots", "wanted", "spoken"].some((name) => changed.has(name))) this.mark(this.map);
+    this.moved();
+  }
+
+  private mark(map: LotsMap): void {
     const [first] = this.lots.flatMap(({ last_survey: last }) => (last ? [last.datum] : []));
     if (!first) return;
     const [Latitude, Longitude] = first;
     const words = (lot: ListedLot): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
-    this.map.show(marksOf(found, new LocalPlane({ Latitude, Longitude }), words));
-    this.moved();
+    map.show(marksOf(lotsFound(this.lots, this.wanted, "name"), new LocalPlane({ Latitude, Longitude }), words));
   }
 
   private tool(label: string, name: "plus" | "minus" | "whole", run: () => void): TemplateResult {
@@ -96,9 +104,7 @@ export class AllLotsView extends LitElement {
   }
 
   private moved(): void {
-    const { length, pixels } = scaleBar(this.map?.resolution ?? 1, LONGEST_BAR_PX);
-    this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
-    this.metres = format.distance(length, "metres");
+    if (this.map) this.metres = format.scaleLength(showScale(this, this.map.resolution), "metres");
   }
 
   /** Opens the newest survey of a lot. */

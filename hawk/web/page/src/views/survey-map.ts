@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import { EMPTY_SCENE, type Scene } from "../map/flight-scene.ts";
-import { cardPlace, corners, type Extent, extentOf, scaleBar, toCoordinate } from "../map/geometry.ts";
+import { cardPlace, corners, type Extent, extentOf, showScale, toCoordinate } from "../map/geometry.ts";
 import type { Arrived } from "../map/ground-tiles.ts";
 import type { Stall } from "../state/map-store.ts";
 import { cssVars } from "../ui/css-vars.ts";
@@ -27,7 +27,6 @@ import { swipeHandle } from "./swipe.ts";
 const ZOOM = 1.6;
 const NOBODY = new EventTarget();
 const NONE: readonly SectionShape[] = [];
-const LONGEST_BAR_PX = 120;
 /** Height of the cards of two surveys, with the room about them. */
 const CARDS_PX = 88;
 const CARD = { width: 120, height: 192 };
@@ -319,9 +318,7 @@ export class SurveyMap extends LitElement {
   private placeMarks(): void {
     const [first] = this.panes;
     if (!first) return;
-    const { length, pixels } = scaleBar(first.map.resolution, LONGEST_BAR_PX);
-    this.querySelector<HTMLElement>(".scale")?.style.setProperty("width", `${Math.round(pixels)}px`);
-    this.metres = format.scaleLength(length, "metres");
+    this.metres = format.scaleLength(showScale(this, first.map.resolution), "metres");
     this.placeSection(first);
     const [card, frame] = [this.querySelector<HTMLElement>("[data-stall]"), this.querySelector<HTMLElement>(".map")];
     if (!card || !frame) return;
