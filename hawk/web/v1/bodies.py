@@ -180,6 +180,14 @@ class SurveyState(Shown):
     lot: Id | None
 
 
+class LotState(Shown):
+    """A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here."""
+
+    lot: Id
+    state: Count
+    keeps_plan: bool
+
+
 class DueList(Shown):
     """Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them."""
 

@@ -17,7 +17,7 @@ from sqlalchemy import func, select
 from hawk.config.sections import CollectSettings
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import outbox
-from hawk.lots.documents import survey_document
+from hawk.lots.documents import parts
 from hawk.lots.schema import DELIVERY, DOCUMENT, OUTBOX, SURVEY
 from hawk.lots.storage.states import KINDS
 from hawk.lots.store import LotStore
@@ -169,7 +169,7 @@ async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_opera
 
 async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
-    theirs = survey_document.packed(line.drone.document(stored[1]))
+    theirs = parts.packed(line.drone.document(stored[1]))
     await line.centre.collect(theirs, stored[1], "Drone 2")
     async with running(line.sender()):
         async with asyncio.timeout(10):
@@ -198,7 +198,7 @@ async def test_nothing_is_sent_while_the_motors_are_on(line: Line) -> None:
 async def test_in_flight_no_more_is_sent_than_the_setting_allows(line: Line) -> None:
     stored = line.drone.add(survey())
     line.is_flown = True
-    size, kbit_s = len(survey_document.packed(line.drone.document(stored.survey))), 100
+    size, kbit_s = len(parts.packed(line.drone.document(stored.survey))), 100
     began = time.monotonic()
     async with running(line.sender(kbit_s=kbit_s)):
         await line.is_received()

@@ -457,6 +457,13 @@ export interface LotList {
   items: ListedLot[];
 }
 
+/** A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here. */
+export interface LotState {
+  lot: string;
+  state: number;
+  keeps_plan: boolean;
+}
+
 /** A stall of the layout. */
 export interface MissedStall {
   id: string;

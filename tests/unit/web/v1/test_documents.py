@@ -16,7 +16,7 @@ from hawk.comm.protocol.authority import Role
 from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.daemon.desk import refuse
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.documents import survey_document
+from hawk.lots.documents import parts, survey_document
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import Placed
@@ -64,7 +64,7 @@ class Centre:
             return answer.status, json.loads(text) if text else None
 
     async def send(self, document: survey_document.SurveyDocument, token: str = "") -> tuple[int, Any]:
-        return await self.put(survey_document.packed(document), document.survey.id, token)
+        return await self.put(parts.packed(document), document.survey.id, token)
 
 
 @pytest.fixture
@@ -120,7 +120,7 @@ async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Cent
 
 async def test_what_is_no_document_of_that_survey_is_refused_with_its_field(centre: Centre) -> None:
     first, second = centre.documents()
-    data = survey_document.packed(first)
+    data = parts.packed(first)
     for given, field in ((data[: len(data) // 2], "document"), (b"", "document"), (b"{}", "document")):
         status, problem = await centre.put(given, first.survey.id)
         assert (status, problem["field"]) == (422, field)
@@ -212,7 +212,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
         assert status == 403
         assert "are for drones" in problem["detail"]
     status, problem = await centre.put(
-        survey_document.packed(first), first.survey.id, **{"X-Forwarded-For": "192.0.2.1"}
+        parts.packed(first), first.survey.id, **{"X-Forwarded-For": "192.0.2.1"}
     )
     assert status == 403
     assert "HTTPS" in problem["detail"]
@@ -220,7 +220,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
 
 async def test_a_stranger_and_another_origin_send_no_document(centre: Centre) -> None:
     first, _ = centre.documents()
-    data = survey_document.packed(first)
+    data = parts.packed(first)
     status, problem = await centre.put(data, first.survey.id, Origin="https://elsewhere.example")
     assert (status, problem["detail"].split(":")[0]) == (403, "Origin")
     url = centre.url(f"/api/v1/surveys/{first.survey.id}/document")
@@ -265,7 +265,7 @@ async def test_a_drone_sends_one_document_at_a_time(centre: Centre) -> None:
     begun, goes_on = asyncio.Event(), asyncio.Event()
 
     async def slowly() -> AsyncIterator[bytes]:
-        data = survey_document.packed(first)
+        data = parts.packed(first)
         yield data[:100]
         begun.set()
         await goes_on.wait()
