@@ -67,9 +67,11 @@ class Drone:
 
     def edit(self, lot: str, *operations: Mapping[str, Any]) -> None:
         opened = self.do(edits.open_edit, lot, {"who": "Ann"}, self.now)
-        for each in operations:
-            self.do(edits.do, lot, {"edit": opened.edit, "operation": each}, self.now)
-        self.do(edits.close, lot, {"edit": opened.edit}, self.now)
+        try:
+            for each in operations:
+                self.do(edits.do, lot, {"edit": opened.edit, "operation": each}, self.now)
+        finally:
+            self.do(edits.close, lot, {"edit": opened.edit}, self.now)
 
     def document(self, named: str, mosaic: Mapping[TileKey, bytes] | None = None) -> SurveyDocument:
         with self.store.reading() as connection:
