@@ -30,7 +30,7 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots import ingest, outbox
     from hawk.lots.documents import collection, lot_document, lot_return, survey_document
     from hawk.lots.documents.collection import DocumentOutcome, LotOutcome
-    from hawk.lots.documents.lot_return import Question, Returned
+    from hawk.lots.documents.lot_return import LotAnswer, LotQuery
     from hawk.lots.storage import backup, database
     from hawk.lots.storage.backup import FlightLock
     from hawk.lots.storage.database import Database
@@ -174,10 +174,10 @@ class LotStore:
 
         return await self._run(work)
 
-    async def take_back(self, data: bytes, asked: Question) -> Returned:
+    async def take_back(self, data: bytes, asked: LotQuery) -> LotAnswer:
         """Take in a document of lots of the desk that this store is sent to. Raises LotInputError, LotStoreError."""
 
-        def work() -> Returned:
+        def work() -> LotAnswer:
             document = lot_document.unpacked(data)
             with self._opened().writing() as connection:
                 return lot_return.take_back(connection, document, asked, self._wall(), self.register)

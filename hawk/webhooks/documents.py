@@ -34,7 +34,7 @@ from hawk.webhooks.sender import target_of
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
-    from hawk.lots.documents.lot_return import Question
+    from hawk.lots.documents.lot_return import LotQuery
     from hawk.lots.outbox import Message
 
 if TYPE_CHECKING:  # loaded on the store's threads
@@ -96,7 +96,7 @@ class DocumentSender:
         self._add_message = add_message
         self._times = times
         self._failed = 0
-        self._next_question = 0.0
+        self._next_query = 0.0
         self._files = ThreadPoolExecutor(1, thread_name_prefix="collect")
 
     async def run(self) -> None:
@@ -129,12 +129,12 @@ class DocumentSender:
 
         Raises LotStoreError.
         """
-        if self._is_flown() or time.monotonic() < self._next_question:
+        if self._is_flown() or time.monotonic() < self._next_query:
             return False
-        self._next_question = time.monotonic() + LOTS_EVERY * self._times.look_s
+        self._next_query = time.monotonic() + LOTS_EVERY * self._times.look_s
         token = await self._elsewhere(lambda: _token(self._settings.token_file))
         target = _target(url, token)
-        asked: Question | None = await self._store.read(lambda c: lot_return.first_question(c, target))
+        asked: LotQuery | None = await self._store.read(lambda c: lot_return.first_query(c, target))
         is_any = False
         while asked is not None and not self._is_flown():
             outcome = await self._get(session, url, asked, token)
@@ -149,7 +149,7 @@ class DocumentSender:
             asked, is_any = returned.next, is_any or returned.next is not None
         return is_any
 
-    async def _get(self, session: aiohttp.ClientSession, url: SecretUrl, asked: Question, token: str) -> TryOutcome:
+    async def _get(self, session: aiohttp.ClientSession, url: SecretUrl, asked: LotQuery, token: str) -> TryOutcome:
         seen = "&seen=true" if self._settings.lots == "seen" else ""
         place = SecretUrl(f"{_root(url)}/lots/documents?after={asked.after}{seen}")
         headers = {"Authorization": f"Bearer {token}"}
@@ -182,7 +182,7 @@ class DocumentSender:
             return True
         outcome = await self._put(session, url, packed, token)
         if not outcome.problem:
-            sent_at, self._failed, self._next_question = self._wall(), 0, 0.0
+            sent_at, self._failed, self._next_query = self._wall(), 0, 0.0
             sent = (*packed.states, message.seq)
             await self._store.write(lambda c: outbox.note_states_sent(c, sent, target, sent_at))
             return True

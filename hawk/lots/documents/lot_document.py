@@ -137,8 +137,8 @@ class LotPart(Part):
 
 
 class LotDocument(Part):
-    """Lots with their plans, and those that became part of them. `state`: number of the newest change of a lot that the
-    sender has told with it, and before.
+    """Lots with their plans, and those that became part of them. `state`: number of the newest change of a lot that
+    this document, or an earlier one, has.
     """
 
     format: Literal["hawk lots"]

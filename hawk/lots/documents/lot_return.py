@@ -32,7 +32,7 @@ WHO: Final = "desk"
 
 
 @dataclass(frozen=True, slots=True)
-class Question:
+class LotQuery:
     """Question to a desk for its lots. ``target``: name of the desk, as deliveries have it.
 
     ``after``: the state behind which lots are asked for. ``held``: that of a lot which an answer before left out here.
@@ -46,25 +46,25 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
-class Returned:
+class LotAnswer:
     """``next``: the next question; None when the desk has no more.
 
     ``replaced``: names of lots whose plan had versions of its own here, and is the desk's now.
     """
 
-    next: Question | None
+    next: LotQuery | None
     replaced: tuple[str, ...]
 
 
-def first_question(connection: Connection, target: str) -> Question:
+def first_query(connection: Connection, target: str) -> LotQuery:
     """Return the first question to a desk, by its name in deliveries."""
     state = connection.execute(select(DESK.c.state).where(DESK.c.target == target)).scalar()
-    return Question(target, int(state or 0), is_first=state is None)
+    return LotQuery(target, int(state or 0), is_first=state is None)
 
 
 def take_back(
-    connection: Connection, document: LotDocument, asked: Question, now: float, register: Register | None
-) -> Returned:
+    connection: Connection, document: LotDocument, asked: LotQuery, now: float, register: Register | None
+) -> LotAnswer:
     """Take lots of a desk in.
 
     A lot that is edited here, or whose change the desk has not got, stays, and comes again with a later question.
@@ -79,7 +79,7 @@ def take_back(
     Raises LotStoreError for a lot that is damaged here.
     """
     if document.state < asked.after:  # the desk has another store, or an older copy of it
-        return Returned(Question(asked.target, is_first=True), ())
+        return LotAnswer(LotQuery(asked.target, is_first=True), ())
     if asked.is_first:
         connection.execute(update(LOT_DOCUMENT).where(LOT_DOCUMENT.c.writer == DESK_WRITER).values(state=0))
     held, replaced = asked.held, []
@@ -96,12 +96,12 @@ def take_back(
     is_other = DESK.c.state != values["state"]
     noted = insert(DESK).values(values)
     connection.execute(noted.on_conflict_do_update(index_elements=["target"], set_=values, where=is_other))
-    following = Question(asked.target, document.state, held) if document.state > asked.after else None
-    return Returned(following, tuple(replaced))
+    following = LotQuery(asked.target, document.state, held) if document.state > asked.after else None
+    return LotAnswer(following, tuple(replaced))
 
 
 def _is_held(connection: Connection, here: LotPart, target: str) -> bool:
-    """Return whether a lot is edited here, or was changed in a way that the desk does not know."""
+    """Return whether a lot is edited here, or has a change that the desk has not got."""
     if edit_of(connection, here.id) is not None:
         return True
     came = came_from_desk(connection, here.id)

@@ -47,6 +47,11 @@ def states_of(connection: Connection, lot: str) -> list[LotState]:
     return [LotState(*row) for row in connection.execute(asked.order_by(LOT_DOCUMENT.c.writer, LOT_DOCUMENT.c.base))]
 
 
+def is_followed(state: LotState) -> bool:
+    """Return whether a state was written into the tables, or dropped by a person."""
+    return state.decided >= state.state
+
+
 def outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
     """Return lots, each behind the one that it became part of; those that go round at the end."""
     found: list[LotPart] = []
@@ -83,7 +88,7 @@ def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     if _is_makers(states, arrived):
         part = _with_names(part, former, here)
         plan_rows.name_lot(connection, part)
-    if arrived.decided < arrived.state and _may_follow(connection, here, part, arrived, states):
+    if not is_followed(arrived) and _may_follow(connection, here, part, arrived, states):
         follow(connection, part, arrived, states)
         return True
     return plan_digest(here) == plan_digest(part)

@@ -55,7 +55,7 @@ def ask(drone: Drone, centre: Database, limit: int = 2, writer: str | None = Non
     """Take the lots that changed at the desk; return the names of those whose plan was changed at both ends."""
     replaced: list[str] = []
     with drone.store.reading() as connection:
-        asked: lot_return.Question | None = lot_return.first_question(connection, DESK)
+        asked: lot_return.LotQuery | None = lot_return.first_query(connection, DESK)
     while asked is not None:
         with centre.reading() as connection:
             data = parts.packed(source.changed_lots(connection, asked.after, limit, writer))

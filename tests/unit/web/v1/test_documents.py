@@ -211,8 +211,8 @@ async def test_a_lot_that_contradicts_itself_is_refused_with_its_field(centre: C
         assert (status, problem["field"]) == (422, field)
     async with centre.tool(centre.tokens[ONE]) as session:
         path = "/api/v1/lots/123e4567-e89b-42d3-a456-426614174000/document"
-        document = LotDocument(format="hawk lots", version=1, state=1, lots=first.lots)
-        async with session.put(centre.url(path), data=parts.packed(document)) as answer:
+        other = LotDocument(format="hawk lots", version=1, state=1, lots=first.lots)
+        async with session.put(centre.url(path), data=parts.packed(other)) as answer:
             assert (answer.status, (await answer.json())["field"]) == (422, "lots")
 
 

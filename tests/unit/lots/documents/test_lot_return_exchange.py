@@ -1,4 +1,4 @@
-"""Two drones and a desk live for some days; documents go both ways, late, twice, cut, and programs end in between."""
+"""Two drones and a desk live for some days; documents are exchanged late, twice, cut, and programs end in between."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Days:
             where.do(commands.merge, *self.chance.sample(lots, 2), WHO, where.now)
 
     def exchange(self) -> None:
-        """Let documents go one way or the other, with faults."""
+        """Let documents go from a drone to the desk or back, with faults."""
         name = self.chance.choice(NAMES)
         drone = self.drones[name]
         if self.chance.random() < 0.5:
