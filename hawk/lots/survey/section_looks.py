@@ -29,7 +29,8 @@ from hawk.lots.rows import is_among
 from hawk.lots.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey.section_counts import Sight, Source, count_of
-from hawk.lots.values import PLACED, LotStoreError, Placed, unpack_stalls, unpack_vehicles
+from hawk.lots.tables import unpack_stalls, unpack_vehicles
+from hawk.lots.values import PLACED, LotStoreError, Placed
 from hawk.model.lot_map import StallState
 
 LEAST_SEEN: Final = 0.05
