@@ -858,6 +858,8 @@ plan-import-reads = Reads the file…
 plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
 plan-import-sections = Sections: { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
 plan-import-doubt = It is not certain where the plan lies:
+# Before a sentence on what the file does not say
+plan-import-assumed = Assumed:
 plan-import-left =
     { $count ->
         [one] 1 feature is left out

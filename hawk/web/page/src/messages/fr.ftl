@@ -847,6 +847,7 @@ plan-import-reads = Lit le fichier…
 plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
 plan-import-sections = Sections : { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
 plan-import-doubt = L’endroit du plan n’est pas certain :
+plan-import-assumed = Supposé :
 plan-import-left =
     { $count ->
         [one] { $count } élément laissé de côté

@@ -535,6 +535,7 @@ export interface Messages {
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-sections": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-doubt": Record<string, never>;
+  "plan-import-assumed": Record<string, never>;
   "plan-import-left": { count: number };
   "plan-import-clashes": { count: number };
   "plan-import-number": Record<string, never>;
