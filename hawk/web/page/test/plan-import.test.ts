@@ -23,7 +23,7 @@ const PREVIEW: Partial<PlanPreview> = {
   same: 4,
   left_out: [{ name: "<b>node 7</b>", reason: "is a point: draw it" }],
   left_out_count: 1,
-  assumed: ["roads: width: is missing"],
+  notes: ["roads: width: is missing"],
   clashes: [],
   clash_count: 0,
   layers: [{ name: "STALLS", outlines: 7 }],
