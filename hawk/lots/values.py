@@ -281,7 +281,8 @@ class FinishedSurvey:
     ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
     source of a survey that nobody flew. ``title``: name for a new lot; "": by its number. ``beside``: outlines of the
     other lots near by, where a person gave those of several lots, this one among them; None: nobody did.
-    ``vehicles``: None of a network that knows none.
+    ``vehicles``: None of a network that knows none. ``capacity``: places on the outline as a person gave them; a lot
+    without stalls has that section.
     """
 
     name: str
@@ -299,6 +300,7 @@ class FinishedSurvey:
     title: str = ""
     beside: tuple[Outline, ...] | None = field(default=None, repr=False)
     vehicles: tuple[VehicleDetection, ...] | None = field(default=None, repr=False)
+    capacity: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
