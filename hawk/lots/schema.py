@@ -284,7 +284,7 @@ DESK: Final = Table(
     Column("state", Integer, nullable=False),
 )
 """Desks that this store is sent to, as `DELIVERY` names them. ``state``: number at the desk up to which its lots were
-taken from there."""
+taken from there. It has no digest: the lots have, and what changes at the desk comes again."""
 CHANGE: Final = Table(
     "change",
     METADATA,
