@@ -388,13 +388,25 @@ class DroneProposals(Shown):
     areas: list[str]
 
 
+class SameLot(Shown):
+    """A lot on the ground of another one. `share`: of the smaller area that both have."""
+
+    lot: Id
+    name: str
+    share: Share
+
+
 class Proposals(Shown):
-    """Changes of a lot's layout that its newest surveys propose, and those that were made on drones."""
+    """Changes of a lot's layout that its newest surveys propose, and those that were made on drones.
+
+    `same`: lots on its ground, to be merged into it.
+    """
 
     lot: Id
     datum: Degrees
     surveys: list[SurveyProposals]
     drones: list[DroneProposals] = []
+    same: list[SameLot] = []
     doubtful: list[DoubtfulSurvey]
 
 

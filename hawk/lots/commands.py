@@ -6,7 +6,7 @@ Requests are JSON values as the API takes them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,6 +22,8 @@ from hawk.lots.operations import Estate
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.queries import lot_row, survey_row
+from hawk.lots.registration.frames import Move
+from hawk.lots.registration.lot_overlap import move_onto
 from hawk.lots.registration.survey_place import (
     Doubt,
     Findings,
@@ -56,10 +58,38 @@ def choose_time_zone(connection: Connection, lot_id: str, name: object, who: str
     return change_log.write(connection, Change("time_zone", lot_id, (chosen,)), who, now)
 
 
-def merge(connection: Connection, lot_id: str, other: object, who: str, now: float) -> Done:
-    """Merge another lot into this one. Raises LotInputError, NotFoundError."""
+def merge(
+    connection: Connection, lot_id: str, other: object, who: str, now: float, register: Register | None = None
+) -> Done:
+    """Merge another lot into this one. Raises LotInputError, NotFoundError.
+
+    ``register``: finds the plan of a lot on the same ground on this one's: so its surveys get their stalls here. Where
+    it is not certain, they are unregistered.
+    """
     kept, beside = _whole(connection, lot_id), _whole(connection, str(other), "with")
-    return change_log.write(connection, operations.merged(kept, beside, who, now), who, now)
+    change = operations.merged(kept, beside, who, now)
+    unplaced = {row.key for row in change.rows if row.table == SURVEY.name and row["placed"] == Placed.UNREGISTERED}
+    if register is not None and unplaced:
+        surveys = [row for row in beside.surveys if row.key in unplaced]
+        joined = _joined(connection, kept.id, beside.id, surveys, register)
+        placed = {row.key for row in joined if row.table == SURVEY.name}
+        rows = [row for row in change.rows if row.table != SURVEY.name or row.key not in placed]
+        change = replace(change, rows=(*rows, *joined))
+    return change_log.write(connection, change, who, now)
+
+
+def _joined(connection: Connection, kept: str, other: str, surveys: Sequence[Row], register: Register) -> list[Row]:
+    """Return the rows of surveys of another lot as surveys of the kept one, on whose plan the other's was found."""
+    move = move_onto(connection, kept, other, register)
+    rows: list[Row] = []
+    for survey in surveys:
+        if move is None or survey["north"] is None or survey["seen_ground"] is None:
+            continue
+        looked = Findings.stored(survey.values or {})
+        outcome = placed_by(connection, kept, looked, move.after(Move.stored(survey.values or {})))
+        rows += [row.removed() for row in rows_where(connection, OBSERVATION, survey=survey.key[0])]
+        rows += _at(connection, survey, kept, looked, outcome)
+    return rows
 
 
 def split(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:

@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 7
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "6b6b5592b55018672243a2c075387e25"
+SCHEMA: Final = "dcf513457124f4b1c998aed7ad172601"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -282,9 +282,11 @@ DESK: Final = Table(
     METADATA,
     Column("target", String(16), primary_key=True),
     Column("state", Integer, nullable=False),
+    Column("apart", Integer),
 )
 """Desks that this store is sent to, as `DELIVERY` names them. ``state``: number at the desk up to which its lots were
-taken from there. It has no digest: the lots have, and what changes at the desk comes again."""
+taken from there. ``apart``: the least of a lot that was left out, on the ground of another one; NULL: none was. It has no digest: the lots
+have, and what changes at the desk comes again."""
 CHANGE: Final = Table(
     "change",
     METADATA,

@@ -6,7 +6,7 @@ their stalls (`hawk.lots.documents.plan_rows`).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from sqlalchemy import Connection, select, update
@@ -19,8 +19,10 @@ from hawk.lots.documents.lot_document import LotDocument, LotPart, plan_digest
 from hawk.lots.documents.lot_states import LotState, keep, outer_first, part_here, plan_here
 from hawk.lots.documents.parts import digest_of
 from hawk.lots.documents.source import came_from_desk
+from hawk.lots.ingest import lot_places
 from hawk.lots.outbox import is_waiting
 from hawk.lots.plan.versions import edit_of
+from hawk.lots.registration.lot_match import SAME_SHARE, which_lot
 from hawk.lots.schema import DESK, DOCUMENT, LOT, LOT_DOCUMENT, SURVEY
 from hawk.lots.storage.states import LOT_STATE
 from hawk.lots.values import Register
@@ -35,14 +37,28 @@ WHO: Final = "desk"
 class LotQuery:
     """Question to a desk for its lots. ``target``: name of the desk, as deliveries have it.
 
-    ``after``: the state behind which lots are asked for. ``held``: that of a lot which an answer before left out here.
+    ``after``: the state behind which lots are asked for. ``held``: the least state of a lot that has to wait here;
+    ``apart``: of one that was left out, since another lot here has its ground. ``is_first``: the desk has given nothing
+    yet, or has another store: states of before say nothing of its lots. ``is_any``: answers brought something.
     """
 
     target: str
     after: int = 0
     held: int | None = None
+    apart: int | None = None
     is_first: bool = False
-    """The desk has given nothing yet, or has another store: states of before say nothing of its lots."""
+    is_any: bool = False
+
+    def following(self, state: int) -> LotQuery | None:
+        """Return the question after an answer up to a state; None when the desk has no more.
+
+        With what came, a lot that was left out may have a place here: it is asked for again.
+        """
+        if state > self.after:
+            return replace(self, after=state, is_first=False)
+        if self.is_any and self.apart is not None:
+            return replace(self, after=self.apart - 1, apart=None, is_any=False)
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +74,8 @@ class LotAnswer:
 
 def first_query(connection: Connection, target: str) -> LotQuery:
     """Return the first question to a desk, by its name in deliveries."""
-    state = connection.execute(select(DESK.c.state).where(DESK.c.target == target)).scalar()
-    return LotQuery(target, int(state or 0), is_first=state is None)
+    row = connection.execute(select(DESK).where(DESK.c.target == target)).first()
+    return LotQuery(target, is_first=True) if row is None else LotQuery(target, row.state, apart=row.apart)
 
 
 def take_back(
@@ -82,22 +98,51 @@ def take_back(
         return LotAnswer(LotQuery(asked.target, is_first=True), ())
     if asked.is_first:
         connection.execute(update(LOT_DOCUMENT).where(LOT_DOCUMENT.c.writer == DESK_WRITER).values(state=0))
-    held, replaced = asked.held, []
+    asked = replace(asked, is_first=False)
+    replaced: list[str] = []
+    joined = {part.id for part in document.lots if part.merged_into is not None}
     for part in outer_first(document.lots):
         here = part_here(connection, part.id)
         if is_erased(connection, part.id):
             continue
-        if here is not None and _is_held(connection, here, asked.target):
-            held = part.state if held is None else min(held, part.state)
-        elif _take(connection, part, here):
-            replaced.append(part.name)
+        if _is_apart(connection, part, here, joined):
+            asked = replace(asked, apart=_least(asked.apart, part.state))
+        elif here is not None and _is_held(connection, here, asked.target):
+            asked = replace(asked, held=_least(asked.held, part.state))
+        elif not _is_known(connection, part):
+            asked = replace(asked, is_any=True)
+            replaced += [part.name] if _take(connection, part, here) else []
     _move_surveys(connection, document, now, register)
-    values = {"target": asked.target, "state": document.state if held is None else min(held - 1, document.state)}
-    is_other = DESK.c.state != values["state"]
+    reached = _least(document.state, None if asked.held is None else asked.held - 1)
+    values = {"target": asked.target, "state": reached, "apart": asked.apart}
     noted = insert(DESK).values(values)
-    connection.execute(noted.on_conflict_do_update(index_elements=["target"], set_=values, where=is_other))
-    following = LotQuery(asked.target, document.state, held) if document.state > asked.after else None
-    return LotAnswer(following, tuple(replaced))
+    connection.execute(noted.on_conflict_do_update(index_elements=["target"], set_=values))
+    return LotAnswer(asked.following(document.state), tuple(replaced))
+
+
+def _least(one: int | None, other: int | None) -> int | None:
+    return min((each for each in (one, other) if each is not None), default=None)
+
+
+def _is_apart(connection: Connection, part: LotPart, here: LotPart | None, joined: set[str]) -> bool:
+    """Return whether a lot that is not here was made apart from one that is, on its ground, or is part of such a lot.
+
+    Two lots there would make each next survey a question. It comes when a person at the desk has merged both.
+    ``joined``: lots that became part of others.
+    """
+    if part.merged_into is not None:
+        return part_here(connection, part.merged_into) is None
+    if here is not None:
+        return False
+    lots = [each for each in lot_places(connection) if each.id not in joined]
+    decision = which_lot(plan_rows.outline_of(part.outline), lots)
+    return any(each.overlap >= SAME_SHARE for each in decision.candidates)
+
+
+def _is_known(connection: Connection, part: LotPart) -> bool:
+    """Return whether this state of a lot is here, or a later one."""
+    came = came_from_desk(connection, part.id)
+    return came is not None and (came.state, came.digest) >= (part.state, digest_of(part))
 
 
 def _is_held(connection: Connection, here: LotPart, target: str) -> bool:
@@ -110,11 +155,8 @@ def _is_held(connection: Connection, here: LotPart, target: str) -> bool:
 
 
 def _take(connection: Connection, part: LotPart, here: LotPart | None) -> bool:
-    """Take a lot in, unless a later state of it is here; return whether its plan here had versions of its own."""
-    came = came_from_desk(connection, part.id)
+    """Take a lot in; return whether its plan here had versions of its own."""
     arrived = LotState(DESK_WRITER, "", part.state, digest_of(part), "", part.state)
-    if came is not None and (came.state, came.digest) >= arrived.order:
-        return False
     is_other = here is None or plan_digest(here) != plan_digest(part)
     touched = plan_rows.store(connection, part, DESK_WRITER) if is_other else []
     plan_rows.name_lot(connection, part)

@@ -200,8 +200,8 @@ def _kept(row: _Row) -> tuple[float, float]:
     return float(row["latitude"]), float(row["longitude"])
 
 
-def known_ground(connection: Connection, lot: str) -> BaseGeometry:
-    """Return the ground on which a lot's layout would have every stall, in its frame.
+def known_ground(connection: Connection, lot: str, but: str | None = None) -> BaseGeometry:
+    """Return the ground on which a lot's layout would have every stall, in its frame. ``but``: as of `other_ground`.
 
     It is what those surveys saw whose stalls make the layout, without the ground of other lots: a stall that a later
     survey finds elsewhere is no contradiction. Of a plan that no survey made it is the ground about its stalls.
@@ -216,11 +216,11 @@ def known_ground(connection: Connection, lot: str) -> BaseGeometry:
     if makers and not surveys:
         places = [(stall.north, stall.east) for stall in all_stalls(connection, lot)]
         seen = MultiPoint(places).convex_hull.buffer(ABOUT_M)
-    return seen.difference(other_ground(connection, lot))
+    return seen.difference(other_ground(connection, lot, but))
 
 
-def other_ground(connection: Connection, lot: str) -> BaseGeometry:
-    """Return the ground of all other lots, in the frame of a lot."""
-    others = select(LOT.c.outline).where(LOT.c.merged_into.is_(None), LOT.c.id != lot)
+def other_ground(connection: Connection, lot: str, but: str | None = None) -> BaseGeometry:
+    """Return the ground of all other lots, in the frame of a lot, without that of the lot ``but``."""
+    others = select(LOT.c.outline).where(LOT.c.merged_into.is_(None), LOT.c.id.not_in([lot, but or lot]))
     datum = datum_of(connection, lot)
     return union_all([ground_about(datum, outline_of(text)) for text in connection.execute(others).scalars()])

@@ -26,7 +26,8 @@ def choose_time_zone(connection: Connection, command: Command) -> object:
 
 def merge(connection: Connection, command: Command) -> object:
     """Merge another lot into this one."""
-    return commands.merge(connection, command.id, command.body["with"], command.who, command.now)
+    other = command.body["with"]
+    return commands.merge(connection, command.id, other, command.who, command.now, command.register)
 
 
 def split(connection: Connection, command: Command) -> object:

@@ -22,7 +22,8 @@ _LOT_DOCUMENT: Final = """CREATE TABLE lot_document (
 )"""
 _DESK: Final = """CREATE TABLE desk (
   target VARCHAR(16) NOT NULL PRIMARY KEY,
-  state INTEGER NOT NULL
+  state INTEGER NOT NULL,
+  apart INTEGER
 )"""
 _CHANGED_HERE: Final = """SELECT 1 FROM change WHERE change.state = 'done' AND (
   (lot = former_document.lot AND kind NOT IN ('name', 'time_zone', 'move', 'delete', 'place', 'drop'))

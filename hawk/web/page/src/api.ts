@@ -696,6 +696,7 @@ export interface Proposals {
   datum: [number, number];
   surveys: SurveyProposals[];
   drones: DroneProposals[];
+  same: SameLot[];
   doubtful: DoubtfulSurvey[];
 }
 
@@ -737,6 +738,13 @@ export interface RowUse {
   row: string;
   stalls: number;
   occupancy: Estimate;
+}
+
+/** A lot on the ground of another one. `share`: of the smaller area that both have. */
+export interface SameLot {
+  lot: string;
+  name: string;
+  share: number;
 }
 
 /** A section at two surveys. `is_changed`: the intervals do not meet, so that the numbers of vehicles differ. What a survey did not look at is null. */

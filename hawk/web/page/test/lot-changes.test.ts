@@ -27,6 +27,7 @@ const CHANGES = {
     },
   ],
   drones: [] as unknown[],
+  same: [] as unknown[],
   doubtful: [{ survey: "d", ended: "2026-05-06T12:00:00Z", why: "two places fit alike", places: 2 }],
 };
 const PLACES = { known: [[0, 0, 0, 2.5, 5]], places: [{ stalls: [[0, 0, 0, 2.5, 5]] }, { stalls: [[0, 2.5, 0, 2.5, 5]] }] };
@@ -91,6 +92,14 @@ describe("what surveys propose for a lot", () => {
       await stage.press(button);
       assert.deepEqual(sent, [[`api/v1/lots/a/${address}`, { drone: "Drone 2", base: "b" }]]);
     }
+  });
+
+  it("names a lot on the same ground, which is merged into this one", async () => {
+    changes = { ...CHANGES, surveys: [], doubtful: [], same: [{ lot: "b", name: "Lot 1", share: 0.81 }] };
+    const stage = await shown();
+    assert.match(stage.text, /Lot 1 is on the ground of this lot81\s?% of the smaller one/);
+    await stage.press("Merge into this lot");
+    assert.deepEqual(sent, [["api/v1/lots/a/merge", { with: "b" }]]);
   });
 
   it("lies on the map where it lies on Earth", async () => {

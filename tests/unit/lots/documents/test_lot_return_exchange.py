@@ -13,9 +13,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from sqlalchemy import Connection, select
 
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands
 from hawk.lots.documents import lot_document, source
 from hawk.lots.documents.lot_document import plan_digest
+from hawk.lots.registration.lot_overlap import overlaps
 from hawk.lots.schema import LOT, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.states import LOT_STATE
@@ -100,6 +102,18 @@ class Days:
             if self.sent:
                 self._take(*self.chance.choice(self.sent))  # an old one, once more
 
+    def meet(self) -> None:
+        """Let everything come to everybody."""
+        for _ in range(3):
+            for name, drone in self.drones.items():
+                meet(drone, self.desk.store, name)
+
+    def join(self) -> None:
+        """Merge lots that were made apart on the same ground, as the desk proposes it."""
+        for lot in self._lots(self.desk):
+            for other in self.desk.do(overlaps, lot) if lot in self._lots(self.desk) else ():
+                self.desk.do(commands.merge, lot, other.lot, WHO, self.desk.now, find_stalls)
+
     def _take(self, kind: str, data: bytes, name: str) -> None:
         if data and self.chance.random() < 0.2 and kind == LOT_STATE:
             with pytest.raises(LotInputError):
@@ -146,9 +160,9 @@ def test_two_drones_and_a_desk_end_with_the_same_plans(tmp_path_factory: pytest.
     days.drones[NAMES[0]].add(survey())
     for _ in range(12):
         chance.choice([days.act, days.act, days.exchange])()
-    for _ in range(3):
-        for name, drone in days.drones.items():
-            meet(drone, days.desk.store, name)
+    days.meet()
+    days.join()
+    days.meet()
     wanted = plans(days.desk)
     for drone in days.drones.values():
         assert plans(drone) == wanted

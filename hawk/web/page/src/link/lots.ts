@@ -66,6 +66,11 @@ export function dropDrone(lot: string, { drone, base }: DroneProposals): Promise
   return change(`lots/${lot}/drop`, { drone, base });
 }
 
+/** Merges another lot into a lot; returns the reason why that failed, else nothing. */
+export function mergeLot(lot: string, other: string): Promise<string> {
+  return change(`lots/${lot}/merge`, { with: other });
+}
+
 /** Says where a survey lies; returns the reason why that failed, else nothing. */
 export function choosePlace(survey: string, place: number): Promise<string> {
   return change(`surveys/${survey}/place`, { place });

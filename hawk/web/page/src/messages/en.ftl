@@ -614,6 +614,9 @@ stalls-changed =
     }
 areas-changed = zones and sections: { $names }
 changed-on-drone = By the operator of { $drone }, while the plan was changed here
+same-ground = { $name } is on the ground of this lot
+same-ground-share = { $share } of the smaller one
+merge-lot = Merge into this lot
 show-on-map = Show on the map
 take-over-changes = Take over
 drop-changes = Drop

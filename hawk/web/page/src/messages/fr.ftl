@@ -609,6 +609,9 @@ stalls-changed =
     }
 areas-changed = zones et sections : { $names }
 changed-on-drone = Par l’opérateur de { $drone }, pendant que le plan changeait ici
+same-ground = { $name } est sur le terrain de ce parking
+same-ground-share = { $share } du plus petit
+merge-lot = Fusionner dans ce parking
 show-on-map = Montrer sur la carte
 take-over-changes = Reprendre
 drop-changes = Écarter

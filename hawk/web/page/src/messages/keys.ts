@@ -371,6 +371,9 @@ export interface Messages {
   "stalls-changed": { stalls: number };
   "areas-changed": { names: string | number };
   "changed-on-drone": { drone: string | number };
+  "same-ground": { name: string | number };
+  "same-ground-share": { share: string | number };
+  "merge-lot": Record<string, never>;
   "show-on-map": Record<string, never>;
   "take-over-changes": Record<string, never>;
   "drop-changes": Record<string, never>;

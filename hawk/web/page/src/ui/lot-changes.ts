@@ -1,7 +1,7 @@
 import { html, nothing, type PropertyValues, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import type { DroneProposals, Proposals, SurveyProposals } from "../api.ts";
-import { dropChanges, dropDrone, fetchProposals, takeOver, takeOverDrone } from "../link/lots.ts";
+import type { DroneProposals, Proposals, SameLot, SurveyProposals } from "../api.ts";
+import { dropChanges, dropDrone, fetchProposals, mergeLot, takeOver, takeOverDrone } from "../link/lots.ts";
 import { isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
@@ -34,10 +34,11 @@ export class LotChangesList extends Part {
 
   override render(): TemplateResult | typeof nothing {
     const { found } = this;
-    if (found === null || found.surveys.length + found.drones.length + found.doubtful.length === 0) return nothing;
+    if (found === null || found.surveys.length + found.drones.length + found.same.length + found.doubtful.length === 0) return nothing;
     return html`<div class="changes">${found.doubtful.map((doubtful) => html`<hawk-lot-doubt .model=${this.model} .doubtful=${doubtful} @place-chosen=${this.changed}></hawk-lot-doubt>`)}
       ${found.surveys.map((survey) => this.proposal(survey))}
       ${found.drones.map((changes) => this.ofDrone(changes))}
+      ${found.same.map((other) => this.sameLot(other))}
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div></div>`;
   }
 
@@ -73,6 +74,14 @@ export class LotChangesList extends Part {
     const choices = html`<button @click=${() => this.act(takeOverDrone(this.lot, changes))}>${say("take-over-changes")}</button>
       <button @click=${() => this.act(dropDrone(this.lot, changes))}>${say("drop-changes")}</button>`;
     return this.row(what, say("changed-on-drone", { drone: changes.drone }), named(changes), changes, choices);
+  }
+
+  private sameLot({ lot, name, share }: SameLot): TemplateResult {
+    const what = say("same-ground", { name });
+    return html`<div class="which" role="group" aria-label=${what}>
+      <span><b>${what}</b><span class="sub">${say("same-ground-share", { share: format.percent(100 * share) })}</span></span>
+      ${this.mayChange() ? html`<div class="choices"><button @click=${() => this.act(mergeLot(this.lot, lot))}>${say("merge-lot")}</button></div>` : nothing}
+    </div>`;
   }
 
   private row(what: string, of: string, name: string, changes: Changes, choices: TemplateResult): TemplateResult {

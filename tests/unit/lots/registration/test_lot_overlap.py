@@ -1,0 +1,113 @@
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy import select
+
+from hawk.daemon.lots.keeper import find_stalls
+from hawk.lots import commands, queries
+from hawk.lots.answers import SameLot
+from hawk.lots.registration.lot_overlap import move_onto
+from hawk.lots.schema import LOT, OBSERVATION, SURVEY
+from hawk.lots.storage.database import Database
+from tests.unit.lots.documents.drones import NOW, WHO, Drone
+from tests.unit.lots.documents.exchange import meet
+from tests.unit.lots.surveys import later, survey
+
+NAMES = ("Drone 1", "Drone 2")
+
+
+class Apart:
+    """Two drones that each have made a lot of the same ground, and the desk that has both."""
+
+    def __init__(self, folder: Path) -> None:
+        self.drones = {name: Drone.at(folder / f"{name}.db") for name in NAMES}
+        self.desk = Drone.at(folder / "desk.db")
+        self.desk.now = NOW + 60
+        made = [drone.add(later(survey(seed=n, stalls=60), n)).lot for n, drone in enumerate(self.drones.values(), 1)]
+        self.kept, self.other = (str(each) for each in made)
+        self.drones[NAMES[1]].add(later(survey(seed=3, stalls=60), 3, 24.0))
+
+    def meet(self) -> None:
+        for _ in range(2):
+            for name, drone in self.drones.items():
+                meet(drone, self.desk.store, name)
+
+    def same(self, lot: str) -> list[SameLot]:
+        with self.desk.store.reading() as connection:
+            return queries.proposed(connection, lot).same
+
+
+@pytest.fixture
+def apart(tmp_path: Path) -> Iterator[Apart]:
+    made = Apart(tmp_path)
+    yield made
+    for each in (*made.drones.values(), made.desk):
+        each.store.close()
+
+
+def surveys(store: Database) -> list[tuple[str, str, int]]:
+    """Return lot, relation and number of looks of each survey, by time."""
+    with store.reading() as connection:
+        found = []
+        for row in connection.execute(select(SURVEY).order_by(SURVEY.c.ended)):
+            looks = connection.execute(select(OBSERVATION.c.stall).where(OBSERVATION.c.survey == row.seq)).all()
+            found.append((row.lot, row.placed, len(looks)))
+        return found
+
+
+def test_two_lots_made_apart_over_the_same_ground_are_proposed_as_one(apart: Apart) -> None:
+    apart.meet()
+    (same,) = apart.same(apart.kept)
+    assert same.lot == apart.other
+    assert same.share == pytest.approx(1.0, abs=0.05)
+    assert [each.lot for each in apart.same(apart.other)] == [apart.kept]
+
+
+def test_a_merge_registers_the_surveys_of_both_and_every_drone_flies_the_one_lot_on(apart: Apart) -> None:
+    apart.meet()
+    done = apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
+    assert surveys(apart.desk.store) == [(apart.kept, "first", 60), *[(apart.kept, "registered", 60)] * 2]
+    assert apart.same(apart.kept) == []
+    apart.meet()
+    second = apart.drones[NAMES[1]]
+    assert surveys(second.store) == [(apart.kept, "registered", 60)] * 2
+    for number, (name, drone) in enumerate(apart.drones.items(), 4):
+        saved = drone.add(later(survey(seed=number, stalls=60), number, 24.0 * number))
+        assert (saved.lot, saved.placed) == (apart.kept, "registered"), name
+    apart.meet()
+    assert [each[0] for each in surveys(apart.desk.store)] == [apart.kept] * 5
+    with apart.desk.store.reading() as connection:
+        into = connection.execute(select(LOT.c.merged_into).where(LOT.c.id == apart.other)).scalar_one()
+    assert into == apart.kept
+    assert done.kind == "merge"
+
+
+def test_a_merge_with_its_surveys_is_undone_once(apart: Apart) -> None:
+    apart.meet()
+    before = surveys(apart.desk.store)
+    done = apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
+    apart.desk.do(commands.undo, done.seq, NOW + 200)
+    assert surveys(apart.desk.store) == before
+
+
+def test_a_drone_without_a_link_sends_surveys_of_the_lot_that_became_part_of_another_one(apart: Apart) -> None:
+    apart.meet()
+    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
+    saved = apart.drones[NAMES[1]].add(later(survey(seed=7, stalls=60), 7, 96.0))
+    assert saved.lot == apart.other, "it does not know yet"
+    apart.meet()
+    assert surveys(apart.desk.store)[-1] == (apart.kept, "registered", 60)
+    assert surveys(apart.drones[NAMES[1]].store)[-1] == (apart.kept, "registered", 60)
+
+
+def test_a_lot_that_is_not_certainly_the_other_one_has_no_move(apart: Apart) -> None:
+    apart.meet()
+    apart.desk.edit(apart.other, {"do": "remove", "row": "A"})
+    apart.desk.edit(apart.other, {"do": "remove", "row": "B"})
+    apart.desk.edit(apart.other, {"do": "remove", "row": "C"})
+    assert apart.desk.do(move_onto, apart.kept, apart.other, find_stalls) is None
+    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
+    assert surveys(apart.desk.store)[-1][:2] == (apart.kept, "unregistered")
