@@ -388,7 +388,7 @@ class DroneProposals(Shown):
     areas: list[str]
 
 
-class SameLot(Shown):
+class LotPair(Shown):
     """A lot on the ground of another one. `share`: of the smaller area that both have."""
 
     lot: Id
@@ -406,7 +406,7 @@ class Proposals(Shown):
     datum: Degrees
     surveys: list[SurveyProposals]
     drones: list[DroneProposals] = []
-    same: list[SameLot] = []
+    same: list[LotPair] = []
     doubtful: list[DoubtfulSurvey]
 
 

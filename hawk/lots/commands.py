@@ -23,7 +23,7 @@ from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.versions import check_not_edited, newest_layout
 from hawk.lots.queries import lot_row, survey_row
 from hawk.lots.registration.frames import Move
-from hawk.lots.registration.lot_overlap import move_onto
+from hawk.lots.registration.lot_pair import move_onto
 from hawk.lots.registration.survey_place import (
     Doubt,
     Findings,

@@ -12,7 +12,7 @@ from sqlalchemy import Column, ColumnElement, Connection, RowMapping, func, sele
 from sqlalchemy import Row as SqlRow
 
 from hawk.lots import change_log
-from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, SameLot, Survey
+from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.documents import plan_edits
 from hawk.lots.outlines import outline_of
@@ -20,7 +20,7 @@ from hawk.lots.plan import serialize, versions
 from hawk.lots.plan.answers import Plan
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import shapes_of
-from hawk.lots.registration.lot_overlap import overlaps
+from hawk.lots.registration.lot_pair import pairs_of
 from hawk.lots.registration.survey_place import (
     Doubt,
     Findings,
@@ -82,8 +82,9 @@ def proposed(connection: Connection, lot_id: str) -> Proposals:
     """Return what surveys and drones propose to change of a lot's layout. Raises NotFoundError."""
     lot_row(connection, lot_id)
     found = proposals.proposed(connection, lot_id)
-    same = [SameLot(lot=each.lot, name=each.name, share=round(each.share, 3)) for each in overlaps(connection, lot_id)]
-    return found.model_copy(update={"drones": plan_edits.proposed(connection, lot_id), "same": same})
+    return found.model_copy(
+        update={"drones": plan_edits.proposed(connection, lot_id), "same": pairs_of(connection, lot_id)}
+    )
 
 
 def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:

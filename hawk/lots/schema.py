@@ -285,8 +285,8 @@ DESK: Final = Table(
     Column("apart", Integer),
 )
 """Desks that this store is sent to, as `DELIVERY` names them. ``state``: number at the desk up to which its lots were
-taken from there. ``apart``: the least of a lot that was left out, on the ground of another one; NULL: none was. It has no digest: the lots
-have, and what changes at the desk comes again."""
+taken from there. ``apart``: the least of a lot that was left out, on the ground of another one; NULL: none was. The
+table has no digest: the lots have, and what changes at the desk comes again."""
 CHANGE: Final = Table(
     "change",
     METADATA,

@@ -474,6 +474,13 @@ export interface LotList {
   items: ListedLot[];
 }
 
+/** A lot on the ground of another one. `share`: of the smaller area that both have. */
+export interface LotPair {
+  lot: string;
+  name: string;
+  share: number;
+}
+
 /** A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here. */
 export interface LotState {
   lot: string;
@@ -696,7 +703,7 @@ export interface Proposals {
   datum: [number, number];
   surveys: SurveyProposals[];
   drones: DroneProposals[];
-  same: SameLot[];
+  same: LotPair[];
   doubtful: DoubtfulSurvey[];
 }
 
@@ -738,13 +745,6 @@ export interface RowUse {
   row: string;
   stalls: number;
   occupancy: Estimate;
-}
-
-/** A lot on the ground of another one. `share`: of the smaller area that both have. */
-export interface SameLot {
-  lot: string;
-  name: string;
-  share: number;
 }
 
 /** A section at two surveys. `is_changed`: the intervals do not meet, so that the numbers of vehicles differ. What a survey did not look at is null. */

@@ -17,7 +17,7 @@ from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands
 from hawk.lots.documents import lot_document, source
 from hawk.lots.documents.lot_document import plan_digest
-from hawk.lots.registration.lot_overlap import overlaps
+from hawk.lots.registration.lot_pair import pairs_of
 from hawk.lots.schema import LOT, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.states import LOT_STATE
@@ -111,7 +111,7 @@ class Days:
     def join(self) -> None:
         """Merge lots that were made apart on the same ground, as the desk proposes it."""
         for lot in self._lots(self.desk):
-            for other in self.desk.do(overlaps, lot) if lot in self._lots(self.desk) else ():
+            for other in self.desk.do(pairs_of, lot) if lot in self._lots(self.desk) else ():
                 self.desk.do(commands.merge, lot, other.lot, WHO, self.desk.now, find_stalls)
 
     def _take(self, kind: str, data: bytes, name: str) -> None:

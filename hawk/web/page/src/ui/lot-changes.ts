@@ -1,6 +1,6 @@
 import { html, nothing, type PropertyValues, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import type { DroneProposals, Proposals, SameLot, SurveyProposals } from "../api.ts";
+import type { DroneProposals, Proposals, LotPair, SurveyProposals } from "../api.ts";
 import { dropChanges, dropDrone, fetchProposals, mergeLot, takeOver, takeOverDrone } from "../link/lots.ts";
 import { isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
@@ -76,7 +76,7 @@ export class LotChangesList extends Part {
     return this.row(what, say("changed-on-drone", { drone: changes.drone }), named(changes), changes, choices);
   }
 
-  private sameLot({ lot, name, share }: SameLot): TemplateResult {
+  private sameLot({ lot, name, share }: LotPair): TemplateResult {
     const what = say("same-ground", { name });
     return html`<div class="which" role="group" aria-label=${what}>
       <span><b>${what}</b><span class="sub">${say("same-ground-share", { share: format.percent(100 * share) })}</span></span>

@@ -8,8 +8,8 @@ from sqlalchemy import select
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands, queries
-from hawk.lots.answers import SameLot
-from hawk.lots.registration.lot_overlap import move_onto
+from hawk.lots.answers import LotPair
+from hawk.lots.registration.lot_pair import move_onto
 from hawk.lots.schema import LOT, OBSERVATION, SURVEY
 from hawk.lots.storage.database import Database
 from tests.unit.lots.documents.drones import NOW, WHO, Drone
@@ -35,7 +35,7 @@ class Apart:
             for name, drone in self.drones.items():
                 meet(drone, self.desk.store, name)
 
-    def same(self, lot: str) -> list[SameLot]:
+    def same(self, lot: str) -> list[LotPair]:
         with self.desk.store.reading() as connection:
             return queries.proposed(connection, lot).same
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 from sqlalchemy import Connection, select
 
+from hawk.lots.answers import LotPair
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall
@@ -23,16 +23,7 @@ _NEAR_DEG: Final = 0.1
 _LEAST_M2: Final = 1.0
 
 
-@dataclass(frozen=True, slots=True)
-class Overlap:
-    """A lot on the ground of another one. ``share``: the area that both have, of the smaller one, 0 to 1."""
-
-    lot: str
-    name: str
-    share: float
-
-
-def overlaps(connection: Connection, lot: str) -> list[Overlap]:
+def pairs_of(connection: Connection, lot: str) -> list[LotPair]:
     """Return the lots that are on the ground of a lot, by `SAME_SHARE` at least, the most alike first."""
     here = connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
     centre = here["latitude"], here["longitude"]
@@ -44,7 +35,7 @@ def overlaps(connection: Connection, lot: str) -> list[Overlap]:
         other = ground_about(centre, outline_of(row.outline))
         smaller = min(ground.area, other.area)
         if smaller >= _LEAST_M2 and (share := shared_area(ground, other) / smaller) >= SAME_SHARE:
-            found.append(Overlap(row.id, row.name, min(share, 1.0)))
+            found.append(LotPair(lot=row.id, name=row.name, share=round(min(share, 1.0), 3)))
     return sorted(found, key=lambda each: (-each.share, each.lot))
 
 
