@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 7
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "dcf513457124f4b1c998aed7ad172601"
+SCHEMA: Final = "d65a20e43ad4ce4ec67f229a8620b993"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -268,15 +268,17 @@ LOT_DOCUMENT: Final = Table(
     Column("base", String(64), primary_key=True),
     Column("state", Integer, nullable=False),
     Column("digest", String(64), nullable=False),
-    Column("plan", String(64), nullable=False),
+    Column("plan", Text, nullable=False),
     Column("decided", Integer, nullable=False),
     Column("body", LargeBinary, nullable=False),
 )
 """Plans that came as documents (`hawk.lots.documents.lot_states`): the newest state of a lot by each writer, from each
 plan that the writer had of it. ``writer``: name of the drone's token; "": the desk that this store is sent to.
-``base``: digest of the plan that the writer took from here; "": none. ``plan``: digest of the lot's tables since they
-were written by this state; "": they were not, or by another one since. ``decided``: the newest state that was written,
-or that a person refused. ``body``: compressed JSON of `hawk.lots.documents.lot_document.LotPart`."""
+``base``: digest of the plan that the writer took from here; "": none. ``plan``: digests of the lot's tables since they
+were written by this state, the last one as they are: states of other lots have taken stalls since, or brought them
+back; "": they were not, or by another state since. ``decided``: the newest state that was written,
+or that a person refused; of a desk's, the revision of the plan with it. ``body``: compressed JSON of
+`hawk.lots.documents.lot_document.LotPart`."""
 DESK: Final = Table(
     "desk",
     METADATA,

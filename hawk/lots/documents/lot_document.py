@@ -109,6 +109,11 @@ class LotBase(Part):
     name: Name
     time_zone: Annotated[str, Field(max_length=LONGEST_ZONE)] | None
 
+    @classmethod
+    def of(cls, lot: LotPart) -> LotBase:
+        """Return that of a lot as it is."""
+        return cls(plan=plan_digest(lot), name=lot.name, time_zone=lot.time_zone)
+
 
 class LotPart(Part):
     """A lot with its plan, all versions. `state` rises with each change in its store.

@@ -21,7 +21,7 @@ from hawk.lots.documents.parts import digest_of
 from hawk.lots.documents.source import came_from_desk
 from hawk.lots.ingest import lot_places
 from hawk.lots.outbox import is_waiting
-from hawk.lots.plan.versions import edit_of
+from hawk.lots.plan.versions import edit_of, revision_of
 from hawk.lots.registration.lot_match import SAME_SHARE, which_lot
 from hawk.lots.schema import DESK, DOCUMENT, LOT, LOT_DOCUMENT, SURVEY
 from hawk.lots.storage.states import LOT_STATE
@@ -150,20 +150,21 @@ def _is_held(connection: Connection, here: LotPart, target: str) -> bool:
     if edit_of(connection, here.id) is not None:
         return True
     came = came_from_desk(connection, here.id)
-    is_changed = came is None or came.is_changed(here)
+    is_changed = came is None or came.is_changed(connection, here)
     return is_changed and is_waiting(connection, LOT_STATE, here.id, target)
 
 
 def _take(connection: Connection, part: LotPart, here: LotPart | None) -> bool:
     """Take a lot in; return whether its plan here had versions of its own."""
-    arrived = LotState(DESK_WRITER, "", part.state, digest_of(part), "", part.state)
+    arrived = LotState(DESK_WRITER, "", part.state, digest_of(part), "", 0)
     is_other = here is None or plan_digest(here) != plan_digest(part)
     touched = plan_rows.store(connection, part, DESK_WRITER) if is_other else []
     plan_rows.name_lot(connection, part)
     keep(connection, part, arrived)
     for lot in (part.id, *touched):
         is_row = (LOT_DOCUMENT.c.lot == lot) & (LOT_DOCUMENT.c.writer == DESK_WRITER)
-        connection.execute(update(LOT_DOCUMENT).where(is_row).values(plan=plan_here(connection, lot)))
+        values = {"plan": plan_here(connection, lot), "decided": revision_of(connection, lot)}
+        connection.execute(update(LOT_DOCUMENT).where(is_row).values(**values))
     return here is not None and bool({*here.layouts} - {*part.layouts})
 
 

@@ -14,11 +14,13 @@ from typing import Any, Final
 from sqlalchemy import Connection, insert, or_, select, update
 
 from hawk.lots.documents import plan_rows, source
-from hawk.lots.documents.lot_document import LotPart, plan_digest
+from hawk.lots.documents.lot_document import LotBase, LotPart, plan_digest
 from hawk.lots.documents.parts import digest_of
 from hawk.lots.plan.versions import edit_of
 from hawk.lots.schema import LOT, LOT_DOCUMENT
 
+_MOST_PLANS: Final = 16
+"""Digests of a lot's tables that are kept with a state."""
 UNKNOWN: Final = "unknown"
 """Digest of a plan that an earlier version of the store has written, and that nobody has changed before its end."""
 
@@ -33,6 +35,11 @@ class LotState:
     digest: str
     plan: str
     decided: int
+
+    @property
+    def plans(self) -> tuple[str, ...]:
+        """Digests of the tables since they were written by this state, the last one as they are."""
+        return tuple(self.plan.split())
 
     @property
     def order(self) -> tuple[int, str]:
@@ -74,6 +81,8 @@ def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     known = next((each for each in states if (each.writer, each.base) == (writer, base)), None)
     arrived = LotState(writer, base, part.state, digest_of(part), "", 0)
     here = part_here(connection, part.id)
+    if known is None and here is not None and _is_copy(part):
+        return plan_digest(here) == base
     former = None if known is None else body_of(connection, part.id, known)
     if known is not None and former is not None and known.order >= arrived.order:
         arrived, part = known, former
@@ -88,7 +97,7 @@ def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     if _is_makers(states, arrived):
         part = _with_names(part, former, here)
         plan_rows.name_lot(connection, part)
-    if not is_followed(arrived) and _may_follow(connection, here, part, arrived, states):
+    if not is_followed(arrived) and _may_follow(connection, here, arrived, states):
         follow(connection, part, arrived, states)
         return True
     return plan_digest(here) == plan_digest(part)
@@ -123,6 +132,11 @@ def body_of(connection: Connection, lot: str, state: LotState) -> LotPart:
     return plan_rows.unpacked(body)
 
 
+def _is_copy(part: LotPart) -> bool:
+    """Return whether a lot is as it was given from here: it says nothing."""
+    return part.base is not None and LotBase.of(part) == part.base
+
+
 def _is_makers(states: Sequence[LotState], arrived: LotState) -> bool:
     """Return whether a state is the newest one of the drone whose states the tables follow."""
     own = [each for each in states if each.writer == arrived.writer]
@@ -134,23 +148,23 @@ def _is_of_copy(states: Sequence[LotState], arrived: LotState, plan: str) -> boo
     makers = {each.writer for each in states if each.plan}
     is_copy = bool(makers) and all(each.base for each in states if each.writer in makers)
     is_own = not arrived.base and arrived.writer not in makers
-    return is_copy and is_own and any(each.plan == plan for each in states)
+    return is_copy and is_own and any(each.plans[-1:] == (plan,) for each in states)
 
 
-def _may_follow(
-    connection: Connection, here: LotPart, part: LotPart, arrived: LotState, states: Sequence[LotState]
-) -> bool:
+def _may_follow(connection: Connection, here: LotPart, arrived: LotState, states: Sequence[LotState]) -> bool:
     """Return whether a plan is the maker's, who knew the one here when it was changed, and nobody here edits it."""
-    if edit_of(connection, here.id) is not None or plan_digest(part) == arrived.base:
+    if edit_of(connection, here.id) is not None:
         return False
     plan = plan_digest(here)
-    is_known = plan in {arrived.base, arrived.plan} or arrived.plan == UNKNOWN
+    as_written = [each.plans for each in states if each.plans[-1:] == (plan,) and each.writer == arrived.writer]
+    is_known = plan == arrived.base or arrived.plan == UNKNOWN
+    is_known |= any(arrived.base in plans or plans == arrived.plans for plans in as_written)
     return (_is_makers(states, arrived) and is_known) or _is_of_copy(states, arrived, plan)
 
 
 def _with_names(part: LotPart, former: LotPart | None, here: LotPart) -> LotPart:
     """Return a state with the name and time zone that the lot gets: what was said here since stays."""
-    before = part.base or former
+    before = former or part.base
     said: dict[str, Any] = {}
     for name in ("name", "time_zone"):
         was = getattr(part if before is None else before, name)
@@ -178,8 +192,10 @@ def _note(connection: Connection, lot: str, state: LotState, **values: Any) -> N
 
 def _note_plan(connection: Connection, lot: str) -> None:
     """Note the plan of a lot of which another one's state has taken stalls, or brought them back."""
-    written = (LOT_DOCUMENT.c.lot == lot) & (LOT_DOCUMENT.c.plan != "")
-    connection.execute(update(LOT_DOCUMENT).where(written).values(plan=plan_here(connection, lot)))
+    for each in states_of(connection, lot):
+        plan = plan_here(connection, lot)
+        if each.plans and each.plans[-1] != plan:
+            _note(connection, lot, each, plan=" ".join((*each.plans[1 - _MOST_PLANS :], plan)))
 
 
 def _is_row(lot: str, state: LotState) -> tuple[Any, ...]:

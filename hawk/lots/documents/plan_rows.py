@@ -175,7 +175,7 @@ def _contest(connection: Connection, part: LotPart, writer: str) -> _Contest:
         for plan, body in connection.execute(asked.order_by(LOT_DOCUMENT.c.lot)).all():
             other = unpacked(body)
             is_about = other.id in rivals or bool(_names(other) & (own | dropped))
-            if is_about and plan_digest(lot_part(connection, other.id)) == plan:
+            if is_about and plan_digest(lot_part(connection, other.id)) == plan.split()[-1]:
                 others.append(other)
     parts = (part, *others)
     ours = {each.id for each in parts}

@@ -19,6 +19,7 @@ from hawk.lots.documents.lot_document import LotBase, LotDocument, LotPart, plan
 from hawk.lots.documents.parts import Ground, Part
 from hawk.lots.documents.survey_document import FORMAT, VERSION, SurveyDocument
 from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
+from hawk.lots.plan.versions import revision_of
 from hawk.lots.registration.survey_place import Doubt
 from hawk.lots.rows import is_among
 from hawk.lots.schema import (
@@ -141,7 +142,7 @@ def document_of_lot(connection: Connection, lot: str) -> LotDocument | None:
     if connection.execute(select(LOT.c.id).where(LOT.c.id == lot)).first() is None:
         return None
     part = lot_part(connection, lot)
-    if (came := came_from_desk(connection, lot)) is not None and not came.is_changed(part):
+    if (came := came_from_desk(connection, lot)) is not None and not came.is_changed(connection, part):
         return None
     lots = tuple(sent_lot(connection, each) for each in sorted(_with_parts(connection, [lot])))
     return LotDocument(format=LOT_FORMAT, version=LOT_VERSION, state=part.state, lots=lots)
@@ -169,33 +170,36 @@ def changed_lots(connection: Connection, after: int, limit: int, writer: str | N
     lots = []
     for lot in sorted(_with_parts(connection, [row.body for row in rows])):
         part = lot_part(connection, lot)
-        base = LotBase(plan=plan_digest(part), name=part.name, time_zone=part.time_zone)
-        lots.append(part.model_copy(update={"base": base}))
+        lots.append(part.model_copy(update={"base": LotBase.of(part)}))
     state = rows[-1].seq if rows else reached
     return LotDocument(format=LOT_FORMAT, version=LOT_VERSION, state=state, lots=tuple(lots))
 
 
 @dataclass(frozen=True, slots=True)
 class GivenLot:
-    """A lot as the desk gave it. ``plan``: digest of the tables here, when they had that."""
+    """A lot as the desk gave it. ``plan``, ``revision``: digest and revision of the plan here, when it had that."""
 
     state: int
     digest: str
     plan: str
+    revision: int
     part: LotPart
 
-    def is_changed(self, here: LotPart) -> bool:
-        """Return whether the lot was changed here since."""
-        return plan_digest(here) != self.plan or (here.name, here.time_zone) != (self.part.name, self.part.time_zone)
+    def is_changed(self, connection: Connection, here: LotPart) -> bool:
+        """Return whether the lot was changed here since, also where the change was undone."""
+        is_named = (here.name, here.time_zone) == (self.part.name, self.part.time_zone)
+        return not is_named or plan_digest(here) != self.plan or revision_of(connection, here.id) != self.revision
 
 
 def came_from_desk(connection: Connection, lot: str) -> GivenLot | None:
     """Return a lot as the desk gave it that this store is sent to; None where it did not."""
-    names = (LOT_DOCUMENT.c[name] for name in ("state", "digest", "plan", "body"))
+    names = (LOT_DOCUMENT.c[name] for name in ("state", "digest", "plan", "decided", "body"))
     row = connection.execute(select(*names).where(LOT_DOCUMENT.c.lot == lot, LOT_DOCUMENT.c.writer == "")).first()
     if row is None:
         return None
-    return GivenLot(row.state, row.digest, row.plan, LotPart.model_validate_json(zlib.decompress(row.body)))
+    return GivenLot(
+        row.state, row.digest, row.plan, row.decided, LotPart.model_validate_json(zlib.decompress(row.body))
+    )
 
 
 def sent_lot(connection: Connection, lot: str) -> LotPart:

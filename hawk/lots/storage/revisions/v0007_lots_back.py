@@ -15,7 +15,7 @@ _LOT_DOCUMENT: Final = """CREATE TABLE lot_document (
   base VARCHAR(64) NOT NULL,
   state INTEGER NOT NULL,
   digest VARCHAR(64) NOT NULL,
-  "plan" VARCHAR(64) NOT NULL,
+  "plan" TEXT NOT NULL,
   decided INTEGER NOT NULL,
   body BLOB NOT NULL,
   PRIMARY KEY (lot, writer, base)

@@ -5,17 +5,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import select, update
+from sqlalchemy import func, select, update
 
 from hawk.lots import commands
 from hawk.lots.documents import source
 from hawk.lots.documents.lot_document import plan_digest
 from hawk.lots.plan import edits
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.schema import CHANGE, LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from tests.unit.lots.documents.drones import NOW, WHO, Drone
-from tests.unit.lots.documents.exchange import ask, documents_to_send, meet, send
+from tests.unit.lots.documents.exchange import ask, documents_to_send, meet, send, take
 from tests.unit.lots.surveys import box, later, survey
 
 OTHER = "Drone 2"
@@ -208,3 +208,32 @@ def test_a_damaged_lot_is_named_and_nothing_of_it_is_written(drone: Drone, desk:
     with pytest.raises(Exception, match=r"latitude: must be 90 or less"):
         ask(drone, desk.store)
     assert labels(drone.store, lot) == labels(desk.store, lot)
+
+
+def test_a_change_that_the_drone_undoes_before_it_came_back_is_undone_at_the_desk(drone: Drone, desk: Drone) -> None:
+    lot = lot_of(drone)
+    meet(drone, desk.store)
+    before = plan(desk.store, lot)
+    drone.edit(lot, {"do": "remove", "row": "B"})
+    send(drone, desk.store)
+    assert plan(desk.store, lot) != before
+    with drone.store.reading() as connection:
+        newest = connection.execute(select(func.max(CHANGE.c.seq)).where(CHANGE.c.edit.is_(None))).scalar_one()
+    drone.do(commands.undo, newest, NOW)
+    assert meet(drone, desk.store) == []
+    assert plan(desk.store, lot) == plan(drone.store, lot) == before
+
+
+def test_a_lot_that_the_drone_splits_right_after_it_came_back_is_split_at_the_desk(drone: Drone, desk: Drone) -> None:
+    lot = lot_of(drone)
+    meet(drone, desk.store)
+    desk.do(commands.rename, lot, "North", WHO, NOW)
+    meet(drone, desk.store)
+    part = [list(corner) for corner in box(-4, -4, 9, 26).polygons[0]]
+    drone.do(commands.split, lot, {"name": "South", "outline": part}, WHO, NOW)
+    for kind, _, data in reversed(documents_to_send(drone)):
+        take(desk.store, kind, data, "Drone 1")
+    assert meet(drone, desk.store) == []
+    with desk.store.reading() as connection:
+        assert connection.execute(select(func.count()).select_from(LOT)).scalar_one() == 2
+    assert plan(desk.store, lot) == plan(drone.store, lot)

@@ -18,7 +18,7 @@ from hawk.lots import commands
 from hawk.lots.documents import lot_document, source
 from hawk.lots.documents.lot_document import plan_digest
 from hawk.lots.registration.lot_pair import pairs_of
-from hawk.lots.schema import LOT, STALL, SURVEY
+from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.states import LOT_STATE
 from hawk.lots.values import LotInputError, LotStoreError
@@ -51,7 +51,8 @@ class Days:
         where = self.chance.choice([*self.drones.values(), self.desk])
         self.days += 1
         where.now += 60.0 * self.days
-        does = self.chance.choice([self._fly, self._edit, self._edit, self._rename, self._split, self._merge])
+        acts = (self._fly, self._edit, self._edit, self._rename, self._split, self._merge, self._undo)
+        does = self.chance.choice(acts)
         with contextlib.suppress(LotInputError, LotStoreError):  # there is nothing to do it with
             does(where)
 
@@ -81,6 +82,12 @@ class Days:
         if lots:
             asked = {"name": f"Part {self.days}", "outline": _PART}
             where.do(commands.split, self.chance.choice(lots), asked, WHO, where.now)
+
+    def _undo(self, where: Drone) -> None:
+        asked = select(CHANGE.c.seq).where(CHANGE.c.state == "done", CHANGE.c.edit.is_(None))
+        newest = where.do(lambda c: c.execute(asked.order_by(CHANGE.c.seq.desc()).limit(1)).scalar())
+        if newest is not None:
+            where.do(commands.undo, newest, where.now)
 
     def _merge(self, where: Drone) -> None:
         lots = self._lots(where)
