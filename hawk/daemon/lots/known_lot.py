@@ -99,6 +99,11 @@ class KnownLotFollower:
         self._woken = asyncio.Event()
         self.current: KnownLot | None = None
 
+    @property
+    def lot(self) -> str:
+        """Id of the lot at which the drone is, also of one without stalls; "" where none is known."""
+        return _lot_of(self._stamp) or ""
+
     def wake(self) -> None:
         """Look now: a lot that the page lists can be surveyed again at once."""
         self._woken.set()

@@ -32,13 +32,12 @@ from hawk.web.v1 import (
     recordings,
     reports,
 )
-from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
+from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, keep_missing_looks, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
 from hawk.web.v1.features import answers as shapes
 from hawk.web.v1.features import parameters as forms
 from hawk.web.v1.features.parameters import ROOT as FEATURES_ROOT
-from hawk.web.v1.looks import keep_missing_looks
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 

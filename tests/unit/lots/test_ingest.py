@@ -23,6 +23,7 @@ from hawk.lots.plan.values import LayoutStall
 from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import PictureSource, SourceKind
+from hawk.lots.tables import pack_stalls, unpack_stalls
 from hawk.lots.values import (
     Detection,
     Doubtful,
@@ -34,8 +35,6 @@ from hawk.lots.values import (
     Register,
     Registration,
     Saved,
-    pack_stalls,
-    unpack_stalls,
     utc,
 )
 from hawk.model.lot_map import StallState

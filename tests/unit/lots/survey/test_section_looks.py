@@ -18,7 +18,8 @@ from hawk.lots.lists import Asked
 from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database, copy
 from hawk.lots.storage.erasure import emptied, erase_rows, found_lot, found_survey
-from hawk.lots.values import FinishedSurvey, Placed, VehicleDetection, unpack_vehicles
+from hawk.lots.tables import unpack_vehicles
+from hawk.lots.values import FinishedSurvey, Placed, VehicleDetection
 from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.model.lot_map import StallState
 from hawk.model.vehicles import VehicleKind
