@@ -289,6 +289,7 @@ def test_two_lots_that_overlap_the_flight_are_a_question_and_a_near_one_is_too(s
     assert len(rows(store, LOT)) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a survey that found nothing is stored",
     "stored without a lot",

@@ -170,6 +170,7 @@ def test_a_survey_that_is_deleted_has_no_look_until_that_is_undone(ann: Person) 
     assert looks(ann) == before
 
 
+@pytest.mark.slow
 def test_a_network_that_knows_no_vehicles_counts_taken_stalls(tmp_path: Path) -> None:
     """Row A: 20 stalls from west to east; the section holds the first four middles."""
     store = Database(tmp_path / "lots.db", FAST)
