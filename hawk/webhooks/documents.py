@@ -55,7 +55,8 @@ PAUSE_S: Final = 0.5
 """Real seconds between two looks whether the drone has landed."""
 TIMES: Final = SenderTimes(try_s=900.0)
 _AWAY: Final = (0, HTTPStatus.UNAUTHORIZED, HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.BAD_GATEWAY,
-                HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.GATEWAY_TIMEOUT)  # fmt: skip
+                HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.GATEWAY_TIMEOUT,
+                HTTPStatus.INSUFFICIENT_STORAGE)  # fmt: skip
 """Statuses that say nothing of the document: no other one would get through."""
 
 

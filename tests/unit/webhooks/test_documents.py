@@ -171,6 +171,27 @@ async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_opera
     assert len(await line.surveys()) == 3
 
 
+@pytest.mark.parametrize("status", [429, 503, 507])
+async def test_a_desk_that_takes_nothing_now_counts_against_no_survey(line: Line, status: int) -> None:
+    line.drone.add(survey())
+    asked = 0
+
+    async def full(_: web.Request) -> web.Response:
+        nonlocal asked
+        asked += 1
+        return web.Response(status=status)
+
+    desk = web.Application()
+    desk.router.add_route("*", "/{path:.*}", full)
+    server = TestServer(desk)
+    await server.start_server()
+    async with running(line.sender(str(server.make_url("/")))):
+        await until(lambda: asked > 2, 20)
+    await server.close()
+    tried = await line.store.read(lambda c: c.execute(select(func.count()).select_from(DELIVERY)).scalar_one())
+    assert tried == 0
+
+
 @pytest.mark.slow
 async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
