@@ -14,7 +14,7 @@ from sqlalchemy import Connection, select
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands, outbox
-from hawk.lots.documents import source, survey_document
+from hawk.lots.documents import parts, source, survey_document
 from hawk.lots.documents.collection import collect
 from hawk.lots.ingest import save
 from hawk.lots.schema import OBSERVATION, STALL, SURVEY
@@ -100,7 +100,7 @@ def reference(drones: Sequence[ChaosDrone], path: Path) -> Database:
     for drone in drones:
         with drone.base.reading() as connection:
             ids = connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all()
-            documents = [survey_document.packed(source.document_of(connection, each, {})) for each in ids]
+            documents = [parts.packed(source.document_of(connection, each, {})) for each in ids]
         for data in documents:
             with desk.writing() as connection:
                 collect(connection, survey_document.unpacked(data), drone.name, find_stalls)
