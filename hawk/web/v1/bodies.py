@@ -182,20 +182,20 @@ class SurveyState(Shown):
     lot: Id | None
 
 
-class InboxFile(Shown):
-    """A file that lies in the inbox. `flight`: its folder there."""
-
-    name: str
-    flight: str | None
-    bytes: Count
-
-
 class LotState(Shown):
     """A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here."""
 
     lot: Id
     state: Count
     keeps_plan: bool
+
+
+class InboxFile(Shown):
+    """A file that lies in the inbox. `flight`: its folder there."""
+
+    name: str
+    flight: str | None
+    bytes: Count
 
 
 class DueList(Shown):

@@ -5,10 +5,10 @@ A drone has a token of its own. It opens the addresses here, and none that comma
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import re
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -40,7 +40,7 @@ _LOG = logging.getLogger(__name__)
 GZIP: Final = "application/gzip"
 
 FOR_DRONES_ALONE: Final = (
-    "A drone's token sends surveys, lots and pictures of this drone, and reads lots: nothing else."
+    "A drone's token sends surveys and lots of this drone, and pictures, and reads lots: nothing else."
 )
 FOR_DRONES: Final = (
     "This address is for drones and programs: send the token of one, "
@@ -119,7 +119,7 @@ async def changed_lots(request: web.Request) -> web.StreamResponse:
     return web.Response(body=data, content_type=GZIP, headers={hdrs.CACHE_CONTROL: "no-store"})
 
 
-@asynccontextmanager
+@contextlib.asynccontextmanager
 async def _sent_document(request: web.Request, drone: str) -> AsyncIterator[tuple[LotStore, bytes]]:
     """Give the store and the bytes that a drone sends, one document at a time. Raises HTTPServiceUnavailable."""
     query_of(request, Query)
@@ -133,7 +133,7 @@ async def _sent_document(request: web.Request, drone: str) -> AsyncIterator[tupl
             yield store, data
 
 
-@asynccontextmanager
+@contextlib.asynccontextmanager
 async def sending(request: web.Request, drone: str) -> AsyncIterator[None]:
     """Let a drone send one document or file at a time. Raises HTTPServiceUnavailable."""
     senders = request.app[_SENDERS].names
