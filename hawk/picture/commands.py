@@ -93,6 +93,11 @@ def _add_orthophoto(group: Any) -> None:
         help="map only these lots: GeoJSON, GeoPackage, KML or OpenStreetMap's XML with amenity=parking",
     )  # fmt: skip
     group.add_argument(
+        "--private", type=values.file, metavar="FILE",
+        help="areas that nobody may look at, as gardens (GeoJSON, GeoPackage, KML): no picture shows them, nothing is "
+        "counted there",
+    )  # fmt: skip
+    group.add_argument(
         "--crs", type=values.some, metavar="SYSTEM", help="system of coordinates where the file says none, EPSG:25832"
     )
     group.add_argument(
@@ -202,7 +207,8 @@ def _run(options: argparse.Namespace) -> int:
         return inbox.watch(options, _passed_on(options))
     _check(options)
     asked = sources.MapRequest(
-        source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
+        source=options.source, out=options.out, model=options.model, outline=options.outline,
+        private=options.private, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,

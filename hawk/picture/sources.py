@@ -44,6 +44,7 @@ class MapRequest:
     out: Path
     model: Path | None = None
     outline: Path | None = None
+    private: Path | None = None
     crs: str | None = None
     workers: int | None = None
     scheduler: Scheduler | None = None
@@ -138,6 +139,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
         picture,
         out=asked.out,
         outline=asked.outline,
+        private=asked.private,
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,
         crs=asked.crs,
@@ -148,7 +150,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
 
 
 def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
-    _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
+    _refuse(asked, "a folder of photographs", "outline", "private", "crs", "workers", "scheduler", *_OF_FILMS)
     read = read_folder(
         asked.source,
         lenses=asked.lenses,
@@ -165,7 +167,7 @@ def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
 
 def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a film, or a recording, which has its own places and lens."""
-    _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group", "place")
+    _refuse(asked, "a film", "outline", "private", "crs", "workers", "scheduler", "group", "place")
     if asked.source.suffix.lower() == ".mcap":
         _refuse(asked, "a recording", "lenses", "calibration", *_OF_FILMS)
     film = read_film(
@@ -190,7 +192,7 @@ def _project(asked: MapRequest, progress: Progress) -> PictureSurvey:
     picture = webodm.orthophoto(asked.source)
     if picture is not None:
         return _orthophoto(replace(asked, source=picture), progress, folder)
-    no_use = ("outline", "crs", "workers", "scheduler", "lenses", "calibration", "group", "place")
+    no_use = ("outline", "private", "crs", "workers", "scheduler", "lenses", "calibration", "group", "place")
     _refuse(asked, "a WebODM project", *no_use, *_OF_FILMS)
     read = webodm.read_project(asked.source, height_m=asked.height_m)
     _check_times(asked, read.shots, MomentSource.CAMERA)

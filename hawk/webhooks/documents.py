@@ -38,13 +38,14 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots import outbox
     from hawk.lots.documents import source, survey_document
     from hawk.lots.storage import states
-    from hawk.lots.survey import pictures
+    from hawk.lots.survey import pictures, private_ground
 else:
     outbox = late("hawk.lots.outbox")
     source = late("hawk.lots.documents.source")
     survey_document = late("hawk.lots.documents.survey_document")
     states = late("hawk.lots.storage.states")
     pictures = late("hawk.lots.survey.pictures")
+    private_ground = late("hawk.lots.survey.private_ground")
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -158,7 +159,8 @@ class DocumentSender:
         if named is None:
             raise NotFoundError("lot: no survey has seen it")
         try:
-            mosaic = pictures.pictures_of(self._store.path).read(named)
+            hidden = private_ground.hidden_in(connection, named)
+            mosaic = pictures.pictures_of(self._store.path).read(named, hidden)
         except LotStoreError as error:  # of a broken file: the survey goes without it
             _LOG.warning("collect: %s", error)
             mosaic = {}

@@ -18,7 +18,7 @@ from pydantic_core import from_json
 from hawk.formats.image import jpeg_size
 from hawk.formats.validation import wrong_values
 from hawk.lots.plan.kinds import Kind
-from hawk.lots.plan.values import SectionKind
+from hawk.lots.plan.values import BareKind, SectionKind
 from hawk.lots.survey.source import Limit, SourceKind, SurveyKind
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE, LotInputError, Placed, is_shown
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, StallState, TileKey
@@ -227,7 +227,7 @@ class PlanZone(Part):
 
     id: Uuid
     name: Label
-    kind: Kind | Literal["no_stalls"]
+    kind: Kind | BareKind
     outline: Ring
     begins: Version
     ends: Version | None
