@@ -18,8 +18,9 @@ from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
 from hawk.picture.orthophoto.lots import SurveysByLot
 from hawk.picture.orthophoto.outline import LotOutline, read_outline, read_private
+from hawk.picture.orthophoto.sample import PictureSample
 from hawk.picture.orthophoto.source import Orthophoto, PixelRing, open_orthophoto
-from hawk.picture.orthophoto.survey import Findings, check_ground, to_survey, without_obstacles
+from hawk.picture.orthophoto.survey import Findings, PictureFrame, check_ground, to_survey, without_obstacles
 from hawk.picture.orthophoto.tile_detector import TileDetector
 from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.orthophoto.windows import CORE_M, Task, Window, WindowStalls, map_window, task_name, windows_of
@@ -175,7 +176,8 @@ def merge_results(
     )
     findings, notes = without_obstacles(findings, started.lots)
     mapped = to_survey(findings, started.lots)
-    mapped = replace(mapped, notes=(*mapped.notes, *notes))
+    plane = PictureFrame(source.grid, None if started.lots is None else started.lots.in_metres(source.grid))
+    mapped = replace(mapped, notes=(*mapped.notes, *notes), sample=PictureSample(findings, plane))
     if started.lots is not None and len(started.lots.lots) > 1:
         failed = [task.window for task, part in found if part is None]
         mapped = replace(mapped, lots=SurveysByLot(findings, started.lots, failed))
