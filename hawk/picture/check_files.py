@@ -18,7 +18,7 @@ import cv2
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from hawk.picture.stratified import CheckedStratum, CheckedTotal, allocated, checked_total
+from hawk.picture.stratified_total import CheckedStratum, CheckedTotal, allocated, checked_total
 from hawk.picture.values import CheckSample, PictureError, SampleWindow, cannot_write
 from hawk.runtime.files import replace_whole
 

@@ -47,6 +47,12 @@ class PictureSample:
         self._metres = np.array(findings.source.grid.metres)
 
     @property
+    def _shown(self) -> FloatArray:
+        """Corners (V, 4, 2) of the vehicles that are sure enough."""
+        vehicles = self._stalls.vehicles
+        return np.zeros((0, 4, 2)) if vehicles is None else vehicles.corners[vehicles.probability >= SHOWN]
+
+    @property
     def identity(self) -> str:
         """Text that is the same for the same picture, network, outlines and findings."""
         stalls = self._stalls
@@ -66,7 +72,7 @@ class PictureSample:
             "taken": self._cells(stalls.corners[[state is StallState.TAKEN for state in states]]),
         }
         if stalls.vehicles is not None:
-            cells["vehicles"] = self._cells(stalls.vehicles.corners[stalls.vehicles.probability >= SHOWN])
+            cells["vehicles"] = self._cells(self._shown)
         counts = {name: _counted(found) for name, found in cells.items()}
         doubts: dict[tuple[int, int], float] = {}
         for cell, value in zip(self._cells(stalls.corners), doubt.tolist(), strict=True):
@@ -105,7 +111,7 @@ class PictureSample:
         colours = {"free": FREE, "taken": TAKEN, "unknown": _UNKNOWN}
         for state, colour in colours.items():
             draw(self._stalls.corners[states == state], colour)
-        draw(self._stalls.vehicle_corners, _VEHICLE)
+        draw(self._shown, _VEHICLE)
         border = _SQUARE * SIDE_M + (low + _MARGIN_M)
         for each in (plain, marked):
             for ring, colour, width in (*((ring, _LOT, 1) for ring in self._edges(low)), (border, _BORDER, 2)):
@@ -128,7 +134,7 @@ class PictureSample:
 
     def _grounds(self) -> list[tuple[int, int]]:
         """Return the windows with ground of lots, in order; those with a find too."""
-        cells = {*self._cells(self._stalls.corners), *self._cells(self._stalls.vehicle_corners)}
+        cells = {*self._cells(self._stalls.corners), *self._cells(self._shown)}
         if self._plane.lots is None:
             for part in self._findings.results:
                 core = np.array(part.window.core, np.float64) * np.tile(self._metres, 2) / SIDE_M

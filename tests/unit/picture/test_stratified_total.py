@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.picture.stratified import LEAST_DRAWN, CheckedStratum, allocated, checked_total
+from hawk.picture.stratified_total import LEAST_DRAWN, CheckedStratum, allocated, checked_total
 
 
 def test_all_windows_checked_give_the_truth_itself() -> None:
