@@ -7,7 +7,7 @@ Places are [north, east], metres in the lot's frame, or degrees of WGS-84, latit
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -367,12 +367,35 @@ class DoubtfulSurvey(Shown):
     places: Count
 
 
+class DroneStall(Shown):
+    """A stall as a drone's plan has it."""
+
+    id: Id
+    label: str
+    corners: list[Degrees]
+
+
+class DroneProposals(Shown):
+    """Changes of a plan on a drone, of a plan that was changed here since. `areas`: names of zones and sections.
+
+    `base`: plan that the drone changed.
+    """
+
+    drone: str
+    base: str
+    begin: list[DroneStall]
+    end: list[DroneStall]
+    change: list[DroneStall]
+    areas: list[str]
+
+
 class Proposals(Shown):
-    """Changes of a lot's layout that its newest surveys propose."""
+    """Changes of a lot's layout that its newest surveys propose, and those that were made on drones."""
 
     lot: Id
     datum: Degrees
     surveys: list[SurveyProposals]
+    drones: list[DroneProposals] = []
     doubtful: list[DoubtfulSurvey]
 
 
@@ -509,3 +532,19 @@ class ObservationList(Part):
     """Part of the list of observations."""
 
     items: list[Observation]
+
+
+class Geometry(Shown):
+    """Polygon or MultiPolygon of [longitude, latitude], degrees."""
+
+    type: Literal["Polygon", "MultiPolygon"]
+    coordinates: list[Any]
+
+
+class Feature(Shown):
+    """A lot, a stall or a survey with its ground; null where none is known."""
+
+    type: Literal["Feature"]
+    id: Id
+    geometry: Geometry | None
+    properties: dict[str, Any]

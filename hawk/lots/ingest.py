@@ -30,6 +30,7 @@ from hawk.lots.survey.moments import has_been
 from hawk.lots.survey.observations import keep_looks
 from hawk.lots.survey.order import now_of
 from hawk.lots.survey.source import SurveyKind, source_columns
+from hawk.lots.tables import pack_stalls, pack_vehicles
 from hawk.lots.values import (
     Detection,
     Doubtful,
@@ -41,8 +42,6 @@ from hawk.lots.values import (
     fitting_name,
     free_name,
     new_id,
-    pack_stalls,
-    pack_vehicles,
     utc,
 )
 from hawk.model.lot_map import StallState

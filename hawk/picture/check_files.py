@@ -44,7 +44,7 @@ class StratumDesign(BaseModel):
 
 
 class CheckDesign(BaseModel):
-    """How windows were drawn. ``identity``: of the findings; ``totals``: the program's, of all windows."""
+    """Drawing of the windows. ``identity``: of the findings; ``totals``: the program's, of all windows."""
 
     model_config = ConfigDict(extra="forbid")
 

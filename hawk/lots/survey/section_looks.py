@@ -28,7 +28,8 @@ from hawk.lots.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey.section_counts import SeenGround, Source, count_of
 from hawk.lots.survey.vehicle_places import may_be_seen
-from hawk.lots.values import PLACED, LotStoreError, Placed, unpack_stalls, unpack_vehicles
+from hawk.lots.tables import unpack_stalls, unpack_vehicles
+from hawk.lots.values import PLACED, LotStoreError, Placed
 from hawk.model.lot_map import StallState
 from hawk.model.poses import Ring
 

@@ -44,7 +44,7 @@ _LEAST_M: Final = 2.5
 _MOST_M: Final = 40.0
 _UNDER: Final = ("yes", "building_passage", "culvert", "covered")
 _DECKS: Final = ("rooftop", "multi-storey")
-_ONE_WAY: Final = ("yes", "-1", "true", "1")
+_ONE_DIRECTION: Final = ("yes", "-1", "true", "1")
 _NONE: Final = ("", "no")
 
 
@@ -128,7 +128,11 @@ def road_width(facts: Mapping[str, Any]) -> float | None:
         return AISLE_M
     said = _metres(facts.get("width"))
     if said is None:
-        return min(known, DRIVEN_M[1]) if str(facts.get("oneway", "")) in _ONE_WAY and known <= DRIVEN_M[0] else known
+        return (
+            min(known, DRIVEN_M[1])
+            if str(facts.get("oneway", "")) in _ONE_DIRECTION and known <= DRIVEN_M[0]
+            else known
+        )
     both = facts.get("parking:both", "")
     positions = [str(facts.get(f"parking:{side}", both)) for side in ("left", "right")]
     return max(said - sum(PARKED_M.get(position, 0.0) for position in positions), _LEAST_M)
@@ -153,7 +157,7 @@ def _is_asked(facts: Mapping[str, Any]) -> bool:
 
 
 def _shape(line: Iterable[tuple[Any, Any]], facts: Mapping[str, Any]) -> BaseGeometry | None:
-    """Return the shape of a way: an area where it is closed and no road."""
+    """Return the shape of an outline: an area where it is closed and no road."""
     try:
         places = np.array([*line], np.float64).reshape(-1, 2)
     except (TypeError, ValueError):

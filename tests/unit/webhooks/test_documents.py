@@ -12,13 +12,14 @@ import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 from pydantic import ValidationError
-from sqlalchemy import func, select
+from sqlalchemy import Connection, func, select
 
 from hawk.config.sections import CollectSettings
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots import outbox
-from hawk.lots.documents import survey_document
-from hawk.lots.schema import DELIVERY, DOCUMENT, OUTBOX, SURVEY
+from hawk.lots import commands, outbox
+from hawk.lots.documents import parts
+from hawk.lots.plan import edits
+from hawk.lots.schema import DELIVERY, DOCUMENT, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.states import KINDS
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
@@ -67,6 +68,10 @@ class Line:
             while await self.waiting():  # noqa: ASYNC110 - another thread writes it
                 await asyncio.sleep(0.01)
 
+    async def names(self) -> list[str]:
+        """Return the names of the drone's lots."""
+        return list(await self.store.read(lambda c: c.execute(select(LOT.c.name)).scalars().all()))
+
     async def surveys(self) -> list[str]:
         found = await self.centre.read(lambda c: c.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all())
         return [str(each) for each in found]
@@ -100,6 +105,7 @@ async def line(tmp_path: Path) -> AsyncIterator[Line]:
     drone.store.close()
 
 
+@pytest.mark.slow
 async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_later(line: Line) -> None:
     first = line.drone.add(survey())
     pictures_of(line.store.path).write(first.survey, {(0, 0): EncodedTile(1, tile())})
@@ -117,6 +123,7 @@ async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_
     assert line.said == []
 
 
+@pytest.mark.slow
 async def test_the_newest_survey_is_sent_first_and_then_the_oldest(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(4)]
     async with running(line.sender()):
@@ -124,6 +131,7 @@ async def test_the_newest_survey_is_sent_first_and_then_the_oldest(line: Line) -
     assert await line.surveys() == [stored[3], *stored[:3]]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the program is killed after the desk has taken a survey, before that is noted",
     "the survey is sent again, and the desk answers the same: nothing is doubled",
@@ -150,6 +158,7 @@ async def test_what_was_not_noted_is_sent_again_and_doubles_nothing(
     assert len(await line.surveys()) == 1
 
 
+@pytest.mark.slow
 async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_operator_hears_once(line: Line) -> None:
     for number in range(3):
         line.drone.add(later(survey(seed=number), number + 1, 24.0 * number))
@@ -167,9 +176,31 @@ async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_opera
     assert len(await line.surveys()) == 3
 
 
+@pytest.mark.parametrize("status", [429, 503, 507])
+async def test_a_desk_that_takes_nothing_now_counts_against_no_survey(line: Line, status: int) -> None:
+    line.drone.add(survey())
+    asked = 0
+
+    async def full(_: web.Request) -> web.Response:
+        nonlocal asked
+        asked += 1
+        return web.Response(status=status)
+
+    desk = web.Application()
+    desk.router.add_route("*", "/{path:.*}", full)
+    server = TestServer(desk)
+    await server.start_server()
+    async with running(line.sender(str(server.make_url("/")))):
+        await until(lambda: asked > 2, 20)
+    await server.close()
+    tried = await line.store.read(lambda c: c.execute(select(func.count()).select_from(DELIVERY)).scalar_one())
+    assert tried == 0
+
+
+@pytest.mark.slow
 async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
-    theirs = survey_document.packed(line.drone.document(stored[1]))
+    theirs = parts.packed(line.drone.document(stored[1]))
     await line.centre.collect(theirs, stored[1], "Drone 2")
     async with running(line.sender()):
         async with asyncio.timeout(10):
@@ -181,6 +212,7 @@ async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) 
     assert await line.waiting() >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a survey waits for the desk while the motors are on", "nothing is sent, unless collect.kbit_s allows"
 )
@@ -195,16 +227,18 @@ async def test_nothing_is_sent_while_the_motors_are_on(line: Line) -> None:
     assert len(await line.surveys()) == 1
 
 
+@pytest.mark.slow
 async def test_in_flight_no_more_is_sent_than_the_setting_allows(line: Line) -> None:
     stored = line.drone.add(survey())
     line.is_flown = True
-    size, kbit_s = len(survey_document.packed(line.drone.document(stored.survey))), 100
+    size, kbit_s = len(parts.packed(line.drone.document(stored.survey))), 100
     began = time.monotonic()
     async with running(line.sender(kbit_s=kbit_s)):
         await line.is_received()
     assert time.monotonic() - began > 0.8 * size * 8 / (kbit_s * 1000)
 
 
+@pytest.mark.slow
 async def test_a_wrong_token_and_a_missing_file_are_said_with_the_remedy(line: Line) -> None:
     line.drone.add(survey())
     (line.folder / "token").write_text("guess")
@@ -221,6 +255,7 @@ async def test_a_wrong_token_and_a_missing_file_are_said_with_the_remedy(line: L
     assert await line.surveys() == []
 
 
+@pytest.mark.slow
 async def test_with_a_new_token_all_is_sent_again_to_a_desk_that_lost_its_store(line: Line) -> None:
     line.drone.add(survey())
     times = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.sent.is_not(None))
@@ -236,6 +271,7 @@ async def test_with_a_new_token_all_is_sent_again_to_a_desk_that_lost_its_store(
             await asyncio.sleep(0.01)
 
 
+@pytest.mark.slow
 async def test_a_document_that_cannot_be_made_is_said_and_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(2)]
     damage = SURVEY.update().where(SURVEY.c.id == stored[0]).values(latitude=400.0)
@@ -263,3 +299,50 @@ def test_settings_that_cannot_be_used_are_refused(given: dict[str, Any], words: 
 def test_a_desk_on_this_computer_may_be_without_tls(tmp_path: Path) -> None:
     for host in ("localhost:3000", "127.0.0.1:3000"):
         assert CollectSettings.model_validate({"url": f"http://{host}/", "token_file": str(tmp_path)}).url is not None
+
+
+async def test_a_plan_corrected_at_the_desk_is_on_the_drone_after_some_looks(line: Line) -> None:
+    lot = line.drone.add(survey()).lot
+    async with running(line.sender()):
+        await line.is_received()
+        await line.centre.write(lambda c: commands.rename(c, str(lot), "North", "operator", time.time()))
+        async with asyncio.timeout(15):
+            while await line.names() != ["North"]:  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+        await line.is_received()
+    assert line.said == []
+
+
+@pytest.mark.fault("a lot changes at the desk while the motors are on", "it is asked for after the landing")
+async def test_no_lot_is_asked_for_while_the_motors_are_on(line: Line) -> None:
+    lot = line.drone.add(survey()).lot
+    async with running(line.sender()):
+        await line.is_received()
+    line.is_flown = True
+    await line.centre.write(lambda c: commands.rename(c, str(lot), "North", "operator", time.time()))
+    async with running(line.sender(kbit_s=1000)):
+        await asyncio.sleep(0.5)
+        assert await line.names() == ["Lot 1"]
+        line.is_flown = False
+        async with asyncio.timeout(15):
+            while await line.names() != ["North"]:  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+
+
+async def test_a_plan_changed_at_both_ends_is_the_desks_and_the_operator_hears_it(line: Line) -> None:
+    lot = line.drone.add(survey()).lot
+    assert lot is not None
+    async with running(line.sender()):
+        await line.is_received()
+    await line.centre.write(lambda c: edited(c, lot, {"do": "rename", "row": "A", "to": "X"}))
+    line.drone.edit(lot, {"do": "remove", "row": "B"})
+    async with running(line.sender()):
+        await until(lambda: bool(line.said), 20)
+    assert line.said == [("The plan of Lot 1 is the desk's now; some of your changes are not in it.", "")]
+
+
+def edited(connection: Connection, lot: str, operation: dict[str, Any]) -> None:
+    """Edit a plan as a person at the desk does."""
+    opened = edits.open_edit(connection, lot, {"who": "Bob"}, time.time())
+    edits.do(connection, lot, {"edit": opened.edit, "operation": operation}, time.time())
+    edits.close(connection, lot, {"edit": opened.edit}, time.time())

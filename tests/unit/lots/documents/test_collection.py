@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sqlalchemy import select
 
 from hawk.lots import commands
-from hawk.lots.documents import survey_document
+from hawk.lots.documents import parts, survey_document
 from hawk.lots.schema import ERASED, SECTION_LOOK, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erased_id
@@ -57,6 +57,7 @@ def surveys(store: Database) -> list[dict[str, Any]]:
         return whole.surveys(connection)
 
 
+@pytest.mark.slow
 def test_all_documents_make_the_tables_of_the_drone(drone: Drone, centre: Database) -> None:
     for data in drone.sent:
         collected(centre, data)
@@ -126,6 +127,7 @@ def _taken_and_killed(connection: Any, data: bytes) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Drone, centre: Database) -> None:
     answers = [collected(centre, data) for data in drone.sent[:6]]
     before = shown(centre)
@@ -134,15 +136,16 @@ def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Dron
     assert shown(centre) == before
 
 
+@pytest.mark.slow
 def test_an_earlier_state_that_comes_later_changes_nothing(drone: Drone, centre: Database) -> None:
     documents = [survey_document.unpacked(data) for data in drone.sent]
     states = [each for each in documents if each.survey.landing == 1]
     newest = max(states, key=lambda each: each.survey.state)
     assert len(states) > 2
-    taken = collected(centre, survey_document.packed(newest))
+    taken = collected(centre, parts.packed(newest))
     before = shown(centre)
     for each in states:
-        assert collected(centre, survey_document.packed(each)).state == taken.state
+        assert collected(centre, parts.packed(each)).state == taken.state
     assert shown(centre)["survey"] == before["survey"]
 
 
@@ -156,7 +159,7 @@ def test_a_survey_of_another_drone_and_of_this_store_is_refused(drone: Drone, tm
             collected(store, first, writer)
     document = survey_document.unpacked(first)
     other = document.survey.model_copy(update={"id": "123e4567-e89b-42d3-a456-426614174000", "state": 999})
-    renamed = survey_document.packed(document.model_copy(update={"survey": other}))
+    renamed = parts.packed(document.model_copy(update={"survey": other}))
     with pytest.raises(OtherDroneError, match=r"survey\.id: this flight was sent as another survey"):
         collected(store, renamed)
     assert shown(store) == before
@@ -174,12 +177,13 @@ def test_a_plan_of_another_drones_lot_is_left_out_and_the_survey_is_kept(drone: 
     document = survey_document.unpacked(drone.sent[2])
     lot = document.lots[0].model_copy(update={"name": "Mine now", "state": 10**6})
     theirs = document.model_copy(update={"lots": (lot,)})
-    assert collected(centre, survey_document.packed(theirs), "Drone 2").keeps_plan
+    assert collected(centre, parts.packed(theirs), "Drone 2").keeps_plan
     found = shown(centre)
     assert [found[name] for name in ("lot", "stall", "layout")] == [before[name] for name in ("lot", "stall", "layout")]
     assert len(found["survey"]) == len(before["survey"]) + 1
 
 
+@pytest.mark.slow
 def test_what_was_erased_here_does_not_come_back(drone: Drone, centre: Database) -> None:
     document = survey_document.unpacked(drone.sent[0])
     for named, field in ((document.survey.id, r"survey\.id"), (document.lots[0].id, r"lots\[0\]\.id")):
@@ -191,6 +195,7 @@ def test_what_was_erased_here_does_not_come_back(drone: Drone, centre: Database)
     assert shown(centre)["survey"] == []
 
 
+@pytest.mark.slow
 def test_what_a_person_says_at_the_centre_of_a_plan_stays_and_surveys_go_on(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     first = drone.add(survey())
@@ -220,6 +225,7 @@ def test_what_a_person_says_at_the_centre_of_a_plan_stays_and_surveys_go_on(tmp_
     drone.store.close()
 
 
+@pytest.mark.slow
 def test_a_survey_that_a_person_at_the_centre_deleted_or_moved_stays_so(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     given = [survey(), later(survey(seed=2), 2)]
@@ -245,6 +251,7 @@ def test_a_survey_that_a_person_at_the_centre_deleted_or_moved_stays_so(tmp_path
     drone.store.close()
 
 
+@pytest.mark.slow
 def test_a_new_survey_of_a_lot_that_a_person_at_the_centre_merged_is_registered_in_the_other_one(
     tmp_path: Path, centre: Database
 ) -> None:
@@ -269,6 +276,7 @@ def test_a_new_survey_of_a_lot_that_a_person_at_the_centre_merged_is_registered_
     drone.store.close()
 
 
+@pytest.mark.slow
 def test_counts_of_sections_by_vehicles_stay_though_no_vehicle_is_here(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     first = drone.add(survey())

@@ -93,7 +93,7 @@ def test_a_survey_that_may_be_of_several_lots_hides_the_private_ground_of_each(a
         assert len(hidden_in(connection, survey_id(ann))) == 1
 
 
-def test_every_way_to_a_picture_leaves_the_ground_out(tmp_path: Path) -> None:
+def test_a_picture_leaves_the_ground_out_wherever_it_is_read(tmp_path: Path) -> None:
     folder, key = PictureFolder(tmp_path), (-1, 0)
     ring = tuple((float(north), float(east)) for north, east in GARDEN)
     row, column = round((25.6 - 11.0) / CELL_M), round(5.0 / CELL_M)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import shapely
 
+from hawk.lots.plan_files.osm import OUTLINE
 from hawk.picture.orthophoto.lots import SurveysByLot
 from hawk.picture.orthophoto.obstacles import AISLE_M, read_obstacles, road_width
 from hawk.picture.orthophoto.outline import LotOutline, read_outline
@@ -68,7 +69,7 @@ def test_the_width_is_the_road_s_own_without_parked_vehicles_or_that_of_its_clas
 
 
 def osm_xml(source: Orthophoto) -> str:
-    nodes, ways = [], []
+    nodes, outlines = [], []
     shapes = [
         (part(source, 0, 0, 600, 400), {"amenity": "parking", "name": "Whole"}),
         (line(source, (300, 0), (300, 400)), {"highway": "tertiary"}),
@@ -83,8 +84,8 @@ def osm_xml(source: Orthophoto) -> str:
         nodes += [f'<node id="{k}" lon="{x}" lat="{y}"/>' for k, (x, y) in zip(ids, places, strict=True)]
         inner = "".join(f'<nd ref="{each}"/>' for each in ids)
         inner += "".join(f'<tag k="{key}" v="{value}"/>' for key, value in facts.items())
-        ways.append(f'<way id="{number}">{inner}</way>')
-    return f'<osm version="0.6">{"".join(nodes)}{"".join(ways)}</osm>'
+        outlines.append(f'<{OUTLINE} id="{number}">{inner}</{OUTLINE}>')
+    return f'<osm version="0.6">{"".join(nodes)}{"".join(outlines)}</osm>'
 
 
 def osm_json(source: Orthophoto) -> str:
@@ -94,7 +95,7 @@ def osm_json(source: Orthophoto) -> str:
         (part(source, 380, 150, 420, 250).exterior, {"building": "retail"}),
     ]
     elements = [
-        {"type": "way", "id": number, "tags": facts, "geometry": [{"lon": x, "lat": y} for x, y in shape.coords]}
+        {"type": OUTLINE, "id": number, "tags": facts, "geometry": [{"lon": x, "lat": y} for x, y in shape.coords]}
         for number, (shape, facts) in enumerate(shapes, 1)
     ]
     return json.dumps({"elements": elements})
@@ -150,7 +151,7 @@ def test_an_aisle_takes_the_middle_alone_and_a_deck_on_a_roof_is_a_lot(source: O
     assert findings.stalls.corners.mean(axis=1)[:, 0].round().tolist() == [330.0, 400.0]
 
 
-def test_what_is_left_out_beside_the_lots_is_not_told(source: Orthophoto, tmp_path: Path) -> None:
+def test_what_is_left_out_beside_the_lots_is_not_reported(source: Orthophoto, tmp_path: Path) -> None:
     path = geojson(
         tmp_path, feature(part(source, 380, 100, 600, 300), amenity="parking"),
         feature(part(source, 240, 150, 260, 250), building="yes"),
@@ -178,13 +179,13 @@ def test_a_road_that_cannot_be_read_is_named_with_the_remedy(source: Orthophoto,
 
 def test_elements_without_places_are_passed_over(tmp_path: Path) -> None:
     path = tmp_path / "lots.json"
-    ways = [
-        {"type": "way", "id": 1, "tags": {"highway": "road"}, "nodes": [1, 2]},
-        {"type": "way", "id": 2, "tags": {"building": "yes"}, "geometry": [None, {"lon": None, "lat": 3}]},
-        {"type": "way", "id": 3, "tags": "none"},
+    elements = [
+        {"type": OUTLINE, "id": 1, "tags": {"highway": "road"}, "nodes": [1, 2]},
+        {"type": OUTLINE, "id": 2, "tags": {"building": "yes"}, "geometry": [None, {"lon": None, "lat": 3}]},
+        {"type": OUTLINE, "id": 3, "tags": "none"},
         {"type": "relation", "id": 4},
         7,
     ]
-    path.write_text(json.dumps({"elements": ways}))
+    path.write_text(json.dumps({"elements": elements}))
     found = read_obstacles(path)
     assert (found.roads, found.buildings) == ((), ())
