@@ -19,7 +19,7 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
 from hawk.model.known_lot import KnownLot, LotAhead, PlanOffer
 from hawk.model.operation import Level
-from hawk.model.poses import GlobalPose
+from hawk.model.poses import GlobalPose, Ring
 from hawk.model.sentences import say
 from hawk.runtime.late import late
 
@@ -57,6 +57,7 @@ class _Found:
     name: str = ""
     lot: KnownLot | None = field(default=None, repr=False)
     author: str = ""
+    private: tuple[Ring, ...] = field(default=(), repr=False)
 
 
 class KnownLotFollower:
@@ -103,6 +104,11 @@ class KnownLotFollower:
     def lot(self) -> str:
         """Id of the lot at which the drone is, also of one without stalls; "" where none is known."""
         return _lot_of(self._stamp) or ""
+
+    @property
+    def private(self) -> tuple[Ring, ...]:
+        """Rings of ground on the map that nobody may look at, by the newest plan: they steer nothing."""
+        return self._seen.private
 
     def wake(self) -> None:
         """Look now: a lot that the page lists can be surveyed again at once."""
@@ -209,7 +215,11 @@ def _found(connection: Connection, asked: _Asked, known: _Found) -> _Found:
     if stamp == known.stamp:
         return replace(known, name=name)
     lot = queries.known_lot(connection, stamp[0], asked.place, asked.survey)
-    return _Found(stamp, name, lot if lot.stalls else None, queries.last_author(connection, stamp[0]))
+    author, private = (
+        queries.last_author(connection, stamp[0]),
+        queries.private_ground(connection, stamp[0], asked.place),
+    )
+    return _Found(stamp, name, lot if lot.stalls else None, author, private)
 
 
 def _is_place_of(asked: _Asked, before: _Asked | None) -> bool:
