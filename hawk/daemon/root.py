@@ -248,6 +248,7 @@ class Daemon:
             surroundings(self.autopilot, self.camera, self.inputs, self.topics, self.manager, self._config.fence),
             is_restored=bool(self._kept.map_parts),
         )
+        self.inputs.path_plan.listen(self._lots.keeper.note_plan)
 
     def _make_monitor(self) -> None:
         self._monitor = Monitor(

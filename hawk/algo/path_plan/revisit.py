@@ -129,6 +129,16 @@ class Revisit:
         return self._leg(scene, left)
 
     @property
+    def seen(self) -> float:
+        """Share (0..1) of the stalls of the plan that were looked at."""
+        return float(self._looked[: self._count].mean()) if self._count else 1.0
+
+    @property
+    def has_given_up(self) -> bool:
+        """True when a stall of the plan was given up."""
+        return bool(self._given_up[: self._count].any())
+
+    @property
     def _route(self) -> tuple[Place, ...]:
         return tuple(as_place(place) for place in self._places)
 
@@ -138,11 +148,10 @@ class Revisit:
         """Move stalls and tour to where the plan lies on the map, once that is certain."""
         if self._is_placed or not isinstance(lot_map, KnownMap):
             return
-        placed = lot_map.plan_places()
-        if placed is None or placed[0].id != self.known.id or len(placed[1]) != self._count:
+        values = lot_map.plan_places(self.known.id)
+        if values is None or len(values) != self._count:
             return
         self._is_placed = True
-        values = placed[1]
         before, after = self._boxes[: self._count, :2].astype(np.float64), values[:, :2]
         turn = math.remainder(float(np.median((values[:, 2] - _angles(self.known)) % math.pi)), math.pi)
         self._boxes[: self._count] = boxes_of(Rectangles(values[:, :2], *values[:, 2:].T))
@@ -301,9 +310,8 @@ class Revisit:
 
     def _status(self, scene: RevisitScene, *, done: bool) -> ExploreStatus:
         left = round(sum(math.dist(a, b) for a, b in pairwise((scene.place, *self._route))), 1)
-        seen = float(self._looked[: self._count].mean()) if self._count else 1.0
         reason = "nothing is left to look at" if done else ""
-        return ExploreStatus(done, seen, left, reason, unreached=bool(self._given_up[: self._count].any()))
+        return ExploreStatus(done, self.seen, left, reason, unreached=self.has_given_up)
 
 
 def _seen_on(lot_map: LotMap, boxes: Singles) -> Bools:

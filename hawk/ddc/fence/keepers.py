@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hawk.comm.protocol.heartbeat import FenceSetup, OutlineSetup
@@ -147,6 +149,13 @@ class OutlineKeeper:
         self.setup = _setup(self._outline, is_file=False)
         self._keep(self._outline)
 
+    def end_lots(self, lots: Sequence[str]) -> None:
+        """Note, and journal, that a round has looked at these lots, by their ids."""
+        if self._outline is not None:
+            now = tuple(replace(lot, is_over=lot.is_over or lot.id in lots) for lot in self._outline.lots)
+            self._outline = replace(self._outline, lots=now)
+            self._keep(self._outline)
+
     def ground(self, datum: GlobalPose | None, fence: Fence | None) -> AskedGround | None:
         """Return the part inside a fence on the map of a datum; None without an outline, or before there are both."""
         outline = self.outline
@@ -157,10 +166,9 @@ class OutlineKeeper:
         if self.outline is None:
             return None
         ground = self.ground(datum, fence)
-        again = self.setup.again
         if ground is None:
-            return OutlineFacts(self.setup.area, 0.0, again)
-        return OutlineFacts(ground.area, ground.outside, again)
+            return OutlineFacts(self.setup.area, 0.0, self.outline.lots)
+        return OutlineFacts(ground.area, ground.outside, self.outline.lots)
 
     def _kept(self, outline: Outline | None) -> Outline | None:
         """Return the journalled outline if it can be used."""
@@ -190,5 +198,5 @@ def _setup(outline: Outline | None, *, is_file: bool) -> OutlineSetup:
         polygons=corners_of(outline.polygons),
         holes=corners_of(outline.holes),
         area=round(check_rings(outline), 1),
-        again=outline.again,
+        again=tuple(lot.id for lot in outline.lots),
     )

@@ -15,7 +15,7 @@ from shapely import Polygon
 from hawk.comm.protocol.commands import SetOutline
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.ddc.fence import geometry
-from hawk.model.plans import AskedGround, Fence, Outline
+from hawk.model.plans import AskedGround, Fence, Outline, RoundLot
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
 
@@ -33,8 +33,8 @@ class OutlineFacts:
 
     area: float
     outside: float
-    again: str = ""
-    """Id of the known lot that is surveyed again, whose ground it is; empty for any other area."""
+    lots: tuple[RoundLot, ...] = ()
+    """Known lots that are surveyed again, whose ground it is; empty for any other area."""
 
 
 def outline_of(command: SetOutline) -> Outline:
@@ -88,6 +88,12 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
     pieces = tuple(tuple(_open(ring) for ring in (part.exterior, *part.interiors)) for part in parts)
     area = float(sum(part.area for part in parts))
     return AskedGround(pieces, area, max(0.0, float(whole.area) - area))
+
+
+def shared_area(one: Outline, other: Outline) -> float:
+    """Return the area that two outlines share, m²."""
+    origin = GlobalPose(*one.polygons[0][0], 0.0)
+    return float(shapely.intersection(_shape(one, origin), _shape(other, origin)).area)
 
 
 def size_words(area: float, outside: float = 0.0) -> str:

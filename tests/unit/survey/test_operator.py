@@ -94,7 +94,7 @@ async def test_a_survey_of_which_nothing_is_left_ends_at_once_on_the_ground(left
 
 
 @pytest.mark.parametrize(
-    ("seen", "words"), [(1.0, "Every stall of the lot was looked at."), (0.987, "98 % of the stalls were looked at.")]
+    ("seen", "words"), [(1.0, "Every stall was looked at."), (0.987, "98 % of the stalls were looked at.")]
 )
 async def test_a_lot_is_surveyed_again_by_its_planned_flight_without_a_search(seen: float, words: str) -> None:
     drone = FakeDrone(lot_seen_after=float("inf"), explored=seen)
