@@ -153,14 +153,16 @@ class KnownLotFollower:
     def _use(self, found: tuple[_Found, ...]) -> None:
         self._offers.clear()
         self._offer, self._reported, self._flown = None, "", found
-        self.current = tuple(each.lot for each in found if each.lot is not None)
+        current = tuple(each.lot for each in found if each.lot is not None)
+        if current != self.current:  # frames, and their recording, have the same object until a plan changes
+            self.current = current
         for each in found:
             if each.lot is not None and each.lot.id not in self._named:
                 self._report(each.name, each.lot)
         self._named = {lot.id for lot in self.current} or self._named
 
     def _offer_plans(self, found: tuple[_Found, ...]) -> None:
-        """Offer the first plan that was changed since Arm. A plan that is gone, and other names alone, change no flight."""
+        """Offer the first plan that was changed in flight. One that is gone, and new names alone, change no flight."""
         flown = {each.stamp[0]: each for each in self._flown}
         self._offer = None
         for gone in {*flown} - {*_lots(found)}:
@@ -170,7 +172,7 @@ class KnownLotFollower:
             before = None if former is None else former.lot
             if former is not None and former.stamp == new.stamp:
                 continue
-            if new.lot is None:
+            if new.lot is None or (former is None and flown):
                 self._report_change(new.author, new.name)
             elif before is None or _without_labels(new.lot) != _without_labels(before):
                 self._offer = offer = _offer_of(new, new.lot, before)

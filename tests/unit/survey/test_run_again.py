@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import pytest
 
+from hawk.comm.protocol.commands import SurveyAgain
 from hawk.config.sections import ConfigError
 from hawk.survey import run
 from hawk.survey.handset import SurveyStatus
@@ -75,9 +76,10 @@ async def test_a_survey_that_never_took_off_writes_over_no_results(
         (tmp_path / name).write_text(text)
     options = run.SurveyOptions(
         out=tmp_path, simulation=None, url="http://127.0.0.1:1", token=None, certificate=None, config=None, fence=None,
-        outline=None, truth=None, set_failsafes=False, continues=True, again="1a", timeout_s=60.0, quiet=True,
+        outline=None, truth=None, set_failsafes=False, continues=True, again=["1a"], due=False,
+        timeout_s=60.0, quiet=True,
     )  # fmt: skip
     assert await run.run_survey(options) == SurveyStatus.FAILED
     assert texts_in(tmp_path) == earlier
     assert NOTHING_LEFT in capsys.readouterr().out
-    assert plans[0].again == "1a"
+    assert plans[0].again == SurveyAgain(lots=["1a"])

@@ -42,17 +42,20 @@ def plan_of(stalls: NDArray[np.float64], confirmed: Sequence[bool] | bool = True
 
 
 class Flight:
-    def __init__(self, truth: Truth, known: KnownLot | None, **faults: float) -> None:
+    def __init__(self, truth: Truth, known: KnownLot | None, *more: KnownLot, **faults: float) -> None:
         self.vision = SyntheticVision(truth, np.random.default_rng(1), **faults)  # type: ignore[arg-type]
         self.mapper = MapperApp(map_id="survey")
         self.mapper.init(self.vision, None)  # type: ignore[arg-type]
-        self.known = known
+        self.known, self.more = known, more
         self.number = 0
 
     def fly(self, easts: Sequence[float] | NDArray[np.float64] = PASS) -> OccupancyMap:
         for east in easts:
             self.number += 1
-            frame = replace(frame_at(pose_at(0.0, float(east), math.pi / 2), self.number), known=self.known)
+            frame = replace(
+                frame_at(pose_at(0.0, float(east), math.pi / 2), self.number),
+                known=(() if self.known is None else (self.known, *self.more)),
+            )
             self.mapper.fuse(frame, self.vision.see(frame))
         return self.mapper.get_occupancy_map()
 

@@ -72,8 +72,8 @@ class SeenMap:
     def unclear_stalls(self) -> Mapping[int, Stall]:
         return {}
 
-    def plan_places(self) -> tuple[KnownLot, Floats] | None:
-        return (self.known, self.values) if self.frames > 6 else None
+    def plan_places(self, lot: str) -> Floats | None:
+        return self.values if self.frames > 6 and lot == self.known.id else None
 
     def stalls_near(self, north: float, east: float, radius: float) -> list[Stall]:
         return [s for s in self.new if s.id in self.shown and np.hypot(s.north - north, s.east - east) < radius]
@@ -99,7 +99,9 @@ class Flight:
             goal = goal_of(plan, pose, goal)
             self.lot_map.look(pose)
             frame = frame_at(pose, len(self.places), fence=self.fence, interval=_FRAME_S)
-            plan = self.app.plan(replace(frame, speed=drone.speed, known=self.known, tour=self.tour), self.lot_map).path
+            plan = self.app.plan(
+                replace(frame, speed=drone.speed, known=(self.known,), tours=(self.tour,)), self.lot_map
+            ).path
             self.places.append((pose.north, pose.east))
             for _ in range(round(_FRAME_S / STEP_S)):
                 drone.step(goal)
@@ -198,6 +200,6 @@ def test_a_row_that_goes_on_beyond_the_plan_is_followed() -> None:
 def test_without_the_plan_of_its_lot_a_tour_is_not_flown() -> None:
     flown = flight()
     frame = frame_at(MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0), 0, fence=FENCE)
-    plan = flown.app.plan(replace(frame, known=None, tour=flown.tour), flown.lot_map).path
+    plan = flown.app.plan(replace(frame, known=(), tours=(flown.tour,)), flown.lot_map).path
     assert plan.target is None
     assert plan.explore.reason == "nothing is mapped yet"
