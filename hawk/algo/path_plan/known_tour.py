@@ -19,7 +19,7 @@ from hawk.algo.frame import Steps
 from hawk.algo.ground import COARSE_M, Bools, Floats, Place, Window
 from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.footprint import Footprint, Singles, Swath, exploring_height
-from hawk.algo.path_plan.grid_search import farthest_in_sight
+from hawk.algo.path_plan.grid_search import way_over
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place, length_of
@@ -50,6 +50,8 @@ _AROUND_M: Final = (60.0, 240.0)
 """About the straight line to a waypoint: room for the path around what lies outside the fence, a little first."""
 _ROUTE_STEP: Final = 2
 _MOST_CORNERS: Final = 12
+_LEAST_LEG_M: Final = 0.8
+"""A corner nearer than half a cell is where the drone is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,9 +114,10 @@ def corner_inside(guard: FenceGuard, place: Place, end: Place) -> Place | None:
     for around in _AROUND_M:
         window = Window.around(np.array([place, end]), COARSE_M, around)
         mask = guard.mask(window)[::_ROUTE_STEP, ::_ROUTE_STEP]
-        corner = farthest_in_sight(mask, window, _ROUTE_STEP, place, end)
-        if corner is not None and math.dist(corner, place) > COARSE_M and guard.contains_line(place, corner):
-            return corner
+        way = way_over(mask, window, _ROUTE_STEP, place, end)
+        for corner in () if way is None else map(as_place, way[::-1]):
+            if math.dist(corner, place) > _LEAST_LEG_M and guard.contains_line(place, corner):
+                return corner
     return None
 
 

@@ -43,7 +43,7 @@ _MOST_SHIFTS: Final = 8
 _SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
 """Sweeps of a frame, from that number of stalls on that are left."""
 _TRIES: Final = 6
-"""Frames in which no waypoint is found after which what is left is given up."""
+"""Frames in which no waypoint, or no way to the first one, is found after which what is left is given up."""
 _DROPS: Final = 12
 """Tries to leave out waypoints where a flight goes on: ground of the flight before need not be flown over."""
 _STEPS_M: Final = (6.0, 2.0, 0.7)
@@ -102,7 +102,7 @@ class Revisit:
         self._places: Floats = np.array([(p.north, p.east) for p in tour.points[1:]]).reshape(-1, 2)
         self._turns = Turns(replace(settings, least_turn_m2=_STALL_M2 - 1.0))
         self._rng = np.random.default_rng(0)
-        self._frame = self._quiet = self._idle = self._empty = 0
+        self._frame = self._quiet = self._idle = self._empty = self._barred = 0
         self._last: Place | None = None
         self._rim_flown = 0.0
         self._new: set[int] = set()
@@ -290,9 +290,11 @@ class Revisit:
         if self._empty:
             return Exploration(None, (), self._status(scene, done=False))
         target = corner_inside(scene.fence, scene.place, as_place(self._places[0]))
+        self._barred = 0 if target is not None else self._barred + 1
         if target is None:
-            self._give_up(scene, as_place(self._places[0]))
-            self._places = self._places[1:]
+            if self._barred > _TRIES:
+                self._give_up(scene, as_place(self._places[0]))
+                self._places = self._places[1:]
             return Exploration(None, (), self._status(scene, done=False))
         self._quiet = 0
         return Exploration(target, self._route, self._status(scene, done=False))

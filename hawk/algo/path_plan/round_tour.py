@@ -52,7 +52,10 @@ def round_tour(known: Sequence[KnownLot], first: frozenset[str], site: RoundSite
     """
     guard, shapes = FenceGuard(site.fence), [_hull(lot) for lot in known]
     ways = yield from ways_between(shapes, guard, site.start)
-    order = [known[number] for number in best_order(ways, [lot.id in first for lot in known])]
+    numbers = best_order(ways, is_first := [lot.id in first for lot in known])
+    if len(set(is_first)) == 1 and ways[START, numbers[-1]] < ways[START, numbers[0]]:
+        numbers.reverse()  # as long: a battery that does not last leaves the far lots
+    order = [known[number] for number in numbers]
     hulls = {lot.id: shape for lot, shape in zip(known, shapes, strict=True)}
     place, tours = site.start, list[LotTour]()
     for lot, after in zip(order, [*order[1:], None], strict=True):
