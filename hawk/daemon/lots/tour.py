@@ -126,12 +126,15 @@ class TourKeeper:
     async def _plan(
         self, asked: tuple[RoundLot, ...], plans: Mapping[str, KnownLot], place: RoundPlace, camera: CameraModel
     ) -> None:
-        """Plan the tours over the lots that are not over. While it explores, those that it flies stay."""
+        """Plan the tours over the lots that are not over, over all when none is left. While it explores, those that it
+        flies stay.
+        """
         around, start, is_exploring = self._around, place.start, self._around.state() is StateName.AUTONOMOUS_EXPLORE
         left = tuple(lot for lot in asked if not lot.is_over)
+        is_less, left = bool(left) and left != self._left, left or asked
         fence, heights = around.fence(place.datum, place.here), around.heights()
         due = (tuple(plans[lot.id] for lot in asked), fence, heights, camera)
-        is_moved = math.dist(start, self._start) > _MOVED_M or left != self._left
+        is_moved = math.dist(start, self._start) > _MOVED_M or is_less
         if due == self._planned and (is_exploring or not is_moved):
             return
         lots, first = tuple(plans[lot.id] for lot in left), frozenset(lot.id for lot in left if lot.is_first)
