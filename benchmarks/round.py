@@ -24,7 +24,7 @@ from hawk.algo.frame import outcome
 from hawk.algo.ground import Place
 from hawk.algo.path_plan.known_tour import path_inside
 from hawk.algo.path_plan.lot_ground import FenceGuard
-from hawk.algo.path_plan.round_tour import RoundSite, round_tour
+from hawk.algo.path_plan.round_tour import RoundScene, round_tour
 from hawk.ddc.fence.geometry import polygon_fence
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.plans import Fence, HeightParameters
@@ -62,17 +62,17 @@ def site_of(lots: Sequence[KnownLot]) -> Fence:
 def flight_over(lots: Sequence[KnownLot], fence: Fence) -> KnownFlight:
     """Plan and fly a round; return the flight, whose distance is that from the start to the last stall."""
     camera, heights = flown().camera, HeightParameters()
-    tours = outcome(round_tour(lots, frozenset(), RoundSite(HOME, camera, heights, fence)))
+    tours = outcome(round_tour(lots, frozenset(), RoundScene(HOME, camera, heights, fence)))
     flight = KnownFlight(tuple(lots), tours, SeenMap(lots, camera), fence, camera, heights)
     flight.fly(HOME, LONGEST_S)
     return flight
 
 
-def with_way_home(flight: KnownFlight) -> float:
-    """Return the distance of a flight and of its way home inside the fence, metres."""
+def with_path_home(flight: KnownFlight) -> float:
+    """Return the distance of a flight and of its path home inside the fence, metres."""
     last = flight.places[-1]
-    way = [last, *path_inside(FenceGuard(flight.fence), last, HOME)]
-    return flight.distance_m + sum(math.dist(*leg) for leg in pairwise(way))
+    path = [last, *path_inside(FenceGuard(flight.fence), last, HOME)]
+    return flight.distance_m + sum(math.dist(*leg) for leg in pairwise(path))
 
 
 def measure(seeds: Sequence[int]) -> Section:
@@ -83,28 +83,28 @@ def measure(seeds: Sequence[int]) -> Section:
     together, singles = flight_over(lots, fence), [flight_over([lot], fence) for lot in lots]
     looked = [*together.lot_map.whole_of.values(), *(flight.lot_map.whole for flight in singles)]
     planned = sum(tour.distance_m for tour in together.tours)
-    one_way = sum(flight.distance_m for flight in singles)
-    both_ways = sum(map(with_way_home, singles))
+    there_m = sum(flight.distance_m for flight in singles)
+    singles_m = sum(map(with_path_home, singles))
     return Section(
         "round",
         [
             Figure(
                 "round_over_singles",
-                "distance of the round by that of its lots one by one, with their ways there and home",
-                with_way_home(together) / both_ways,
+                "distance of the round by that of its lots one by one, with their lengths there and home",
+                with_path_home(together) / singles_m,
                 limit=Limit(highest=0.85),
             ),
-            Figure("round_over_singles_there", "the same without the ways home", together.distance_m / one_way),
+            Figure("round_over_singles_there", "the same without the lengths home", together.distance_m / there_m),
             Figure(
                 "looked_at_min",
                 "least share of a lot's stalls that one picture shows whole",
                 float(min(each.mean() for each in looked)),
                 limit=Limit(lowest=1.0),
             ),
-            Figure("round_m", "distance of the round, with the way home", with_way_home(together), "m"),
-            Figure("singles_m", "distance of the lots one by one, with their ways home", both_ways, "m"),
-            Figure("round_planned_m", "planned length of the round, without the way home", planned, "m"),
-            Figure("round_s", "simulated seconds of the round, without the way home", together.seconds, "s"),
+            Figure("round_m", "distance of the round, with the path home", with_path_home(together), "m"),
+            Figure("singles_m", "distance of the lots one by one, with their lengths home", singles_m, "m"),
+            Figure("round_planned_m", "planned length of the round, without the path home", planned, "m"),
+            Figure("round_s", "simulated seconds of the round, without the path home", together.seconds, "s"),
             Figure("round_stalls", "stalls", float(sum(len(lot.stalls) for lot in lots))),
         ],
     )

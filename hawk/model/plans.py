@@ -186,8 +186,8 @@ class ExploreStatus:
     """Ground that was not looked at, once it is done; None before, and with an outline."""
     lots: tuple[LotLook, ...] = ()
     """Lots that are surveyed again, in the order of the flight; empty for any other exploration."""
-    way_m: float = 0.0
-    """Length of the rest of the way to the next lot; 0 over a lot."""
+    path_m: float = 0.0
+    """Length of the rest of the path to the next lot; 0 over a lot."""
     is_spent: bool = False
     """True while another exploration in this flight would look at nothing more: no lot was found since this one."""
 

@@ -45,26 +45,26 @@ def is_connected(mask: Mask, start: CellIndex, goal: CellIndex) -> bool:
 def farthest_in_sight(mask: Mask, window: Window, step: int, place: Place, end: Place) -> Place | None:
     """Return the farthest place on the shortest path to ``end`` that a straight line from ``place`` reaches.
 
-    Cells, ends and path are those of `way_over`. None when there is no path, or the ends have the same cell.
+    Cells, ends and path are those of `places_on_path`. None when there is no path, or the ends have the same cell.
     """
-    cells, path = _way(mask, window, step, place, end)
+    cells, path = _cells_on_path(mask, window, step, place, end)
     if path is None:
         return None
     north, east = window.centres(*(cells[_last_in_sight(mask, cells, path)] * step))
     return float(north), float(east)
 
 
-def way_over(mask: Mask, window: Window, step: int, place: Place, end: Place) -> Floats | None:
+def places_on_path(mask: Mask, window: Window, step: int, place: Place, end: Place) -> Floats | None:
     """Return the cells' places (N, 2) of (north, east) on the shortest path from ``place`` to ``end``.
 
     A cell of the mask is ``step`` x ``step`` cells of the window; the nearest ones stand for both places, and a
     diagonal step needs its two cells only. None when there is no path, or the ends have the same cell.
     """
-    cells, path = _way(mask, window, step, place, end)
+    cells, path = _cells_on_path(mask, window, step, place, end)
     return None if path is None else np.column_stack(window.centres(*(cells[path] * step).T))
 
 
-def _way(mask: Mask, window: Window, step: int, place: Place, end: Place) -> tuple[Indices, list[int] | None]:
+def _cells_on_path(mask: Mask, window: Window, step: int, place: Place, end: Place) -> tuple[Indices, list[int] | None]:
     """Return all cells (M, 2) of the mask, and those on the path, from the first on."""
     cells = np.argwhere(mask > 0)
     if len(cells) == 0:

@@ -19,7 +19,7 @@ from hawk.algo.frame import Steps
 from hawk.algo.ground import COARSE_M, Bools, Floats, Place, Window
 from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.footprint import Footprint, Singles, Swath, exploring_height
-from hawk.algo.path_plan.grid_search import way_over
+from hawk.algo.path_plan.grid_search import places_on_path
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place, length_of
@@ -114,8 +114,8 @@ def corner_inside(guard: FenceGuard, place: Place, end: Place) -> Place | None:
     for around in _AROUND_M:
         window = Window.around(np.array([place, end]), COARSE_M, around)
         mask = guard.mask(window)[::_ROUTE_STEP, ::_ROUTE_STEP]
-        way = way_over(mask, window, _ROUTE_STEP, place, end)
-        for corner in () if way is None else map(as_place, way[::-1]):
+        places = places_on_path(mask, window, _ROUTE_STEP, place, end)
+        for corner in () if places is None else map(as_place, places[::-1]):
             if math.dist(corner, place) > _LEAST_LEG_M and guard.contains_line(place, corner):
                 return corner
     return None

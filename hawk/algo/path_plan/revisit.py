@@ -43,7 +43,7 @@ _MOST_SHIFTS: Final = 8
 _SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
 """Sweeps of a frame, from that number of stalls on that are left."""
 _TRIES: Final = 6
-"""Frames in which no waypoint, or no way to the first one, is found after which what is left is given up."""
+"""Frames in which no waypoint, or no path to the first one, is found after which what is left is given up."""
 _DROPS: Final = 12
 """Tries to leave out waypoints where a flight goes on: ground of the flight before need not be flown over."""
 _STEPS_M: Final = (6.0, 2.0, 0.7)

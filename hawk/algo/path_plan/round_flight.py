@@ -18,7 +18,7 @@ from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.plans import ExploreStatus, LotLook
 
 _OVER_M: Final = 40.0
-"""A drone farther than this from every stall of a lot is on its way there: no picture from there shows one whole."""
+"""A drone farther than this from every stall of a lot is on the path there: no picture from there shows one whole."""
 
 
 class RoundFlight:
@@ -47,11 +47,11 @@ class RoundFlight:
             tour = self.tours[self._number]
             self._begun.append(Revisit(self._settings, self._known[tour.lot], tour))
             plan = self._begun[-1].plan(scene, lot_map)
-        way = self._way_m(scene.place, plan)
-        self._is_between = way > 0.0
-        return replace(plan, status=self._status(plan, way))
+        path = self._path_m(scene.place, plan)
+        self._is_between = path > 0.0
+        return replace(plan, status=self._status(plan, path))
 
-    def _way_m(self, place: Place, plan: Exploration) -> float:
+    def _path_m(self, place: Place, plan: Exploration) -> float:
         """Return the metres to the lot that is flown to, along the path; 0 over it."""
         places = self._places[self.tours[self._number].lot]
         if not plan.route or plan.status.done or np.hypot(*(places - place).T).min() <= _OVER_M:
@@ -59,7 +59,7 @@ class RoundFlight:
         corner = plan.route[0] if plan.target is None else plan.target
         return math.dist(place, corner) + (math.dist(corner, plan.route[0]) if corner != plan.route[0] else 0.0)
 
-    def _status(self, plan: Exploration, way_m: float) -> ExploreStatus:
+    def _status(self, plan: Exploration, path_m: float) -> ExploreStatus:
         status, last = plan.status, self._number
         looks = [
             LotLook(each.known.id, each.seen, number < last or status.done) for number, each in enumerate(self._begun)
@@ -75,5 +75,5 @@ class RoundFlight:
             remaining_m=left,
             unreached=any(each.has_given_up for each in self._begun),
             lots=tuple(looks),
-            way_m=way_m,
+            path_m=path_m,
         )

@@ -157,6 +157,6 @@ def _planned_tours(
     fence: Fence | None,
     start: tuple[float, float],
 ) -> tuple[LotTour, ...]:
-    from hawk.algo.path_plan.round_tour import RoundSite, round_tour  # its libraries are loaded off the loop
+    from hawk.algo.path_plan.round_tour import RoundScene, round_tour  # its libraries are loaded off the loop
 
-    return outcome(round_tour(lots, first, RoundSite(start, camera, heights, fence)))
+    return outcome(round_tour(lots, first, RoundScene(start, camera, heights, fence)))

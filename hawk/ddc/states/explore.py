@@ -228,7 +228,7 @@ class AutonomousExploreState(AirborneState):
             return Step(ToHover(say("No lot was found here."), level="warning"), (error,))
         if plan is not None and self._is_next_lot_too_far(plan, facts):
             words = say(
-                "The battery does not last for the {way} to the next lot and back.", way=metres(plan.explore.way_m)
+                "The battery does not last for the {path} to the next lot and back.", path=metres(plan.explore.path_m)
             )
             return Step(ToReturn(Cause(words, CauseKind.RESERVE)))
         if self._stuck:
@@ -237,13 +237,13 @@ class AutonomousExploreState(AirborneState):
         return STAY
 
     def _is_next_lot_too_far(self, plan: PathPlan, facts: Facts) -> bool:
-        """Return True when the charge does not last for the way to the next lot, back here, and home."""
+        """Return True when the charge does not last for the path to the next lot, back here, and home."""
         reserve, place = facts.battery.reserve, facts.place
-        if not plan.explore.way_m or plan.target is None or reserve is None or place is None:
+        if not plan.explore.path_m or plan.target is None or reserve is None or place is None:
             return False
         track = math.atan2(plan.target.east - place.east, plan.target.north - place.north)
         out, back = (
-            plan.explore.way_m / max(ground_speed(self._flight.speed_m_s, each, facts.wind.estimate), SLOWEST_M_S)
+            plan.explore.path_m / max(ground_speed(self._flight.speed_m_s, each, facts.wind.estimate), SLOWEST_M_S)
             for each in (track, track + math.pi)
         )
         return not reserve.lasts_beyond(out, back)
@@ -278,4 +278,4 @@ class AutonomousExploreState(AirborneState):
         if away < NEWS_M:
             return ()
         where = direction(target.north - pose.north, target.east - pose.east)
-        return (Log("info", say("Next: to the {where}, {away} away.", where=where, away=metres(away))),)
+        return (Log("info", say("Next: to the {where}, {away} away.", where=where, apath=metres(away))),)

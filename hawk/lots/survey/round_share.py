@@ -21,7 +21,7 @@ from hawk.model.vehicles import MapVehicle
 
 T = TypeVar("T", Stall, MapVehicle)
 _CELLS: Final = 16
-"""Cells of the map on a side of a cell of the division: 1.6 m."""
+"""Cells of the map on a side of a cell of the partition: 1.6 m."""
 _PER_TILE: Final = TILE_CELLS // _CELLS
 _SIDE_M: Final = TILE_M / _PER_TILE
 
@@ -36,8 +36,8 @@ def share_of(landed: LandingFacts, lot: str) -> LandingFacts | None:
     if number is None or not landed.current.tiles:
         return None
     datum = (landed.datum.latitude, landed.datum.longitude)
-    division = Division.of([ground_about(datum, ground) for _, ground in grounds], landed.current.tiles)
-    current = _part(landed.current, division, number)
+    partition = LotPartition.of([ground_about(datum, ground) for _, ground in grounds], landed.current.tiles)
+    current = _part(landed.current, partition, number)
     if not any(stall.seen for stall in current.stalls.values()):
         return None
     return replace(
@@ -50,7 +50,7 @@ def share_of(landed: LandingFacts, lot: str) -> LandingFacts | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Division:
+class LotPartition:
     """The map divided among lots: ``nearest`` (rows, columns) is the number of the lot nearest to each cell of 1.6 m.
 
     Cell (0, 0) is the north-west corner, at ``north`` and ``east``, metres.
@@ -61,7 +61,7 @@ class Division:
     east: float
 
     @classmethod
-    def of(cls, grounds: Sequence[BaseGeometry], tiles: Mapping[TileKey, object]) -> Division:
+    def of(cls, grounds: Sequence[BaseGeometry], tiles: Mapping[TileKey, object]) -> LotPartition:
         """Divide the extent of tiles among the ground of lots, in metres (north, east)."""
         keys = np.array(list(tiles))
         north, east = -keys[:, 0].min() * TILE_M, keys[:, 1].min() * TILE_M
@@ -95,11 +95,11 @@ def _away(ground: BaseGeometry, north: NDArray[np.float64], east: NDArray[np.flo
     return cv2.distanceTransform((~mask).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE).astype(np.float64)
 
 
-def _part(current: OccupancyMap, division: Division, number: int) -> OccupancyMap:
+def _part(current: OccupancyMap, partition: LotPartition, number: int) -> OccupancyMap:
     """Return what of a map is nearest to one lot."""
     tiles = {}
     for key, tile in current.tiles.items():
-        mine = division.of_tile(key) == number
+        mine = partition.of_tile(key) == number
         if mine.all():
             tiles[key] = tile
         elif mine.any():
@@ -111,13 +111,13 @@ def _part(current: OccupancyMap, division: Division, number: int) -> OccupancyMa
         current,
         tiles=tiles,
         mosaic={key: tile for key, tile in current.mosaic.items() if key in tiles},
-        stalls=_nearest(current.stalls, division, number),
-        vehicles=None if current.vehicles is None else _nearest(current.vehicles, division, number),
+        stalls=_nearest(current.stalls, partition, number),
+        vehicles=None if current.vehicles is None else _nearest(current.vehicles, partition, number),
     )
 
 
-def _nearest(found: Mapping[int, T], division: Division, number: int) -> dict[int, T]:
+def _nearest(found: Mapping[int, T], partition: LotPartition, number: int) -> dict[int, T]:
     """Return those of stalls or vehicles, by id, that are nearest to one lot."""
     places = np.array([(one.north, one.east) for one in found.values()], np.float64).reshape(-1, 2)
-    mine = division.at(*places.T) == number
+    mine = partition.at(*places.T) == number
     return {key: one for (key, one), yes in zip(found.items(), mine.tolist(), strict=True) if yes}

@@ -62,6 +62,8 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Outline Outside": null,
     "Plan Offer": null,
     "Again Distance": null,
+    "Again Lots": [],
+    "Survey Batteries": null,
     "Outline Unseen": null,
     "Left Out": null,
     Ceiling: 120,

@@ -11,7 +11,7 @@ import shapely
 from benchmarks.known_flight import KnownFlight, SeenMap
 from hawk.algo.frame import outcome
 from hawk.algo.path_plan.app import PathPlanApp
-from hawk.algo.path_plan.round_tour import RoundSite, round_tour
+from hawk.algo.path_plan.round_tour import RoundScene, round_tour
 from hawk.model.known_lot import KnownLot
 from hawk.model.plans import Fence, HeightParameters
 from tests.unit.algo.path_plan.flight import LEVEL
@@ -26,7 +26,7 @@ LOTS = (lot_at("west", 140.0, 20.0), lot_at("east", 140.0, 200.0))
 
 
 def flight(lots: tuple[KnownLot, ...] = LOTS, heights: HeightParameters = HEIGHTS) -> KnownFlight:
-    tours = outcome(round_tour(lots, frozenset(), RoundSite((0.0, 0.0), CAMERA, heights, FENCE, LOW)))
+    tours = outcome(round_tour(lots, frozenset(), RoundScene((0.0, 0.0), CAMERA, heights, FENCE, LOW)))
     return KnownFlight(lots, tours, SeenMap(lots, CAMERA), FENCE, CAMERA, heights, PathPlanApp(LOW))
 
 
@@ -38,7 +38,7 @@ def flown() -> KnownFlight:
 
 
 @pytest.mark.slow
-def test_every_stall_of_every_lot_is_looked_at_and_the_first_lot_is_over_before_the_way_to_the_next(
+def test_every_stall_of_every_lot_is_looked_at_and_the_first_lot_is_over_before_the_path_to_the_next(
     flown: KnownFlight,
 ) -> None:
     assert flown.last.explore.done
@@ -50,7 +50,7 @@ def test_every_stall_of_every_lot_is_looked_at_and_the_first_lot_is_over_before_
     ]
     over = next(number for number, plan in enumerate(flown.plans) if plan.explore.lots[0].is_over)
     assert not flown.plans[over].explore.lots[1].is_over
-    assert flown.plans[over].explore.way_m > 30.0
+    assert flown.plans[over].explore.path_m > 30.0
     assert flown.places[over][1] < 80.0, "still over the west arm"
 
 
@@ -64,14 +64,14 @@ def test_what_is_left_falls_from_lot_to_lot(flown: KnownFlight) -> None:
 
 @pytest.mark.slow
 def test_it_flies_between_lots_at_the_travel_height_and_over_them_at_that_of_exploring(flown: KnownFlight) -> None:
-    between = {plan.height for plan in flown.plans if plan.explore.way_m and plan.target is not None}
-    over = {round(plan.height or 0.0, 3) for plan in flown.plans if not plan.explore.way_m and plan.target is not None}
+    between = {plan.height for plan in flown.plans if plan.explore.path_m and plan.target is not None}
+    over = {round(plan.height or 0.0, 3) for plan in flown.plans if not plan.explore.path_m and plan.target is not None}
     assert between == {35.0}
     assert over == {22.0}
 
 
 @pytest.mark.slow
-def test_the_way_between_lots_never_leaves_a_concave_fence(flown: KnownFlight) -> None:
+def test_the_path_between_lots_never_leaves_a_concave_fence(flown: KnownFlight) -> None:
     allowed = shapely.Polygon(BENT).buffer(1.5)
     assert shapely.contains_xy(allowed, *np.array(flown.places).T).all()
 

@@ -1,4 +1,4 @@
-"""The order of a round and its tours: due lots first, the shortest closed path, ways inside a concave fence."""
+"""The order of a round and its tours: due lots first, the shortest closed path, lengths inside a concave fence."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from hawk.algo.frame import outcome
 from hawk.algo.path_plan.lot_ground import FenceGuard
-from hawk.algo.path_plan.round_tour import START, RoundSite, best_order, round_tour, ways_between
+from hawk.algo.path_plan.round_tour import START, RoundScene, best_order, paths_between, round_tour
 from hawk.model.known_lot import KnownLot, KnownStall
 from hawk.model.plans import Fence, HeightParameters
 from tests.examples import examples
@@ -38,11 +38,11 @@ places = st.lists(st.tuples(st.integers(-300, 300), st.integers(-300, 300)), min
 @given(places, st.data())
 def test_no_order_with_the_first_lots_first_is_shorter(found: list[tuple[int, int]], data: st.DataObject) -> None:
     is_first = data.draw(st.lists(st.booleans(), min_size=len(found), max_size=len(found)))
-    ways = outcome(ways_between([shapely.Point(place) for place in found], FenceGuard(None), (0.0, 0.0)))
-    order = best_order(ways, is_first)
+    lengths = outcome(paths_between([shapely.Point(place) for place in found], FenceGuard(None), (0.0, 0.0)))
+    order = best_order(lengths, is_first)
 
     def length(numbers: tuple[int, ...]) -> float:
-        return sum(ways[leg] for leg in pairwise((START, *numbers, START)))
+        return sum(lengths[leg] for leg in pairwise((START, *numbers, START)))
 
     assert sorted(order) == list(range(len(found)))
     allowed = [
@@ -65,15 +65,15 @@ def test_a_lot_alone_is_a_round_of_one() -> None:
 RING = ((-20.0, -20.0), (-20.0, 260.0), (200.0, 260.0), (200.0, -20.0))
 BENT = ((-20.0, -20.0), (-20.0, 260.0), (200.0, 260.0), (200.0, 170.0), (10.0, 170.0), (10.0, 80.0), (200.0, 80.0),
         (200.0, -20.0))  # fmt: skip
-"""Two arms to the north: the way from one to the other leads through the south."""
+"""Two arms to the north: the path from one to the other leads through the south."""
 
 
-def site(fence: Fence) -> RoundSite:
-    return RoundSite((0.0, 0.0), CAMERA, HEIGHTS, fence, LEVEL)
+def site(fence: Fence) -> RoundScene:
+    return RoundScene((0.0, 0.0), CAMERA, HEIGHTS, fence, LEVEL)
 
 
 @pytest.mark.slow
-def test_the_way_between_lots_stays_inside_a_concave_fence_and_each_tour_begins_where_the_last_one_ends() -> None:
+def test_the_path_between_lots_stays_inside_a_concave_fence_and_each_tour_begins_where_the_last_one_ends() -> None:
     west, east = lot_at("west", 140.0, 20.0), lot_at("east", 140.0, 200.0)
     fence = Fence(BENT, BENT, 97.0, 100.0)
     tours = outcome(round_tour([east, west], frozenset(), site(fence)))
@@ -84,9 +84,9 @@ def test_the_way_between_lots_stays_inside_a_concave_fence_and_each_tour_begins_
     corners = [(point.north, point.east) for tour in tours for point in tour.points]
     assert all(guard.contains_line(*leg) for leg in pairwise(corners))
     assert tours[1].distance_m > 200.0  # 110 m in a straight line across the bay
-    ((way, *_), *_) = (tours[1].points[1:],)
+    ((path, *_), *_) = (tours[1].points[1:],)
     assert not guard.contains_line(corners[len(tours[0].points) - 1], (140.0, 200.0))
-    assert guard.contains(way.north, way.east)
+    assert guard.contains(path.north, path.east)
 
 
 @pytest.mark.slow

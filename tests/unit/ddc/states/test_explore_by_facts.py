@@ -293,9 +293,9 @@ def test_the_next_place_is_reported_as_seen_from_the_drone(north: float, east: f
 NORTH, SOUTH = RoundLot("n", "North"), RoundLot("s", "South")
 
 
-def on_round(facts: Facts, *looks: LotLook, way_m: float = 0.0, charge: float = 60.0) -> Facts:
+def on_round(facts: Facts, *looks: LotLook, path_m: float = 0.0, charge: float = 60.0) -> Facts:
     """Over two lots; the flight home needs 30 %, and the battery loses 0.1 % a second."""
-    explore = ExploreStatus(seen=0.5, lots=looks, way_m=way_m)
+    explore = ExploreStatus(seen=0.5, lots=looks, path_m=path_m)
     plan = PathPlan(MapPoint(80.0, 0.0), 35.0, 0.0, explore=explore)
     lots = OutlineFacts(900.0, 0.0, (NORTH, SOUTH))
     return replace(
@@ -317,22 +317,22 @@ def test_a_lot_that_is_over_is_ended_once_and_said() -> None:
     assert not [act for act in after if isinstance(act, EndLots)]
 
 
-def test_the_way_to_the_next_lot_is_flown_with_the_battery_for_it_and_the_way_back() -> None:
+def test_the_path_to_the_next_lot_is_flown_with_the_battery_for_it_and_the_path_back() -> None:
     looks = (LotLook("n", 1.0, is_over=True), LotLook("s", 0.0))
-    way_s = 80.0 / SETTINGS.flight.speed_m_s
-    enough = 30.0 + 0.1 * (1 + SAFETY_FACTOR) * way_s
-    facts = on_round(flying(1.0), *looks, way_m=80.0, charge=enough + 0.1)
+    path_s = 80.0 / SETTINGS.flight.speed_m_s
+    enough = 30.0 + 0.1 * (1 + SAFETY_FACTOR) * path_s
+    facts = on_round(flying(1.0), *looks, path_m=80.0, charge=enough + 0.1)
     assert made(ToExplore()).transition_next_state(facts) == STAY
 
 
 @pytest.mark.parametrize("wind", [None, Wind(-14.0, 0.0)])
-def test_without_the_battery_for_the_way_to_the_next_lot_it_returns_before_it_leaves(wind: Wind | None) -> None:
-    """A head wind of 14 m/s makes the way longer, and refuses a charge that is enough in calm air."""
+def test_without_the_battery_for_the_path_to_the_next_lot_it_returns_before_it_leaves(wind: Wind | None) -> None:
+    """A head wind of 14 m/s makes the path longer, and refuses a charge that is enough in calm air."""
     looks = (LotLook("n", 1.0, is_over=True), LotLook("s", 0.0))
-    way_s = 80.0 / SETTINGS.flight.speed_m_s
-    enough = 30.0 + 0.1 * (1 + SAFETY_FACTOR) * way_s
+    path_s = 80.0 / SETTINGS.flight.speed_m_s
+    enough = 30.0 + 0.1 * (1 + SAFETY_FACTOR) * path_s
     charge = enough - 0.1 if wind is None else enough + 0.1
-    facts = on_round(flying(1.0), *looks, way_m=80.0, charge=charge)
+    facts = on_round(flying(1.0), *looks, path_m=80.0, charge=charge)
     facts = replace(facts, wind=replace(facts.wind, estimate=wind))
     step = made(ToExplore()).transition_next_state(facts)
     assert isinstance(step.transition, ToReturn)
