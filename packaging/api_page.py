@@ -26,10 +26,9 @@ Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: c
 `make api-fuzz` tries every address by this definition for ten minutes.
 
 Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
-A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. The definition, with every field of every
-answer, is OpenAPI 3.1: `http://DRONE:3000/api/v1/openapi.json`; this page has all that a request sends, and what needs
-words of an answer. The page and the commands of `hawk-drone` use the same addresses; those of the
-present flight alone are in [Protocol](protocol.md#http).
+A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. This page has the addresses and all that a JSON
+request sends; the definition, OpenAPI 3.1, describes every field of answers and documents as well:
+`http://DRONE:3000/api/v1/openapi.json`. Addresses of the present flight are in [Protocol](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
     curl -s "http://127.0.0.1:3000/api/v1/lots/LOT/statistics?from=2026-05-04&to=2026-05-10&by=row"
@@ -41,8 +40,9 @@ present flight alone are in [Protocol](protocol.md#http).
   behind the last item of the one before, whatever was added meanwhile.
 - An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed. Answers
   are packed with gzip where `Accept-Encoding` allows it.
-- A refusal is a [Problem](#problem), `application/problem+json` (RFC 9457). 400 and 422: a value; 401: no token; 403: a
-  viewer, or the page of another server; 404: an id; 409: it does not fit what is there; 503: busy, ask again.
+- A refusal is a `Problem`, `application/problem+json` (RFC 9457): `detail` says what is wrong and the remedy, `field`
+  names the value. 400 and 422: a value; 401: no token; 403: a viewer, or the page of another server; 404: an id;
+  409: it does not fit what is there; 503: busy, ask again.
 - A request takes 10 s at most. The store has a thread of its own, which a flight never waits for.
 - Where nothing else is said, times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84,
   latitude first, and ids UUIDs. `integer` is 0 or more. Types are written as in TypeScript: `[]` a list, `|` or, `?`
@@ -53,6 +53,8 @@ _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC A
 read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
 standard. A lot has the time of its last survey, a stall that of the last look at it, a survey that of its flight.
 """
+_JSON: Final = "application/json"
+"""Type of the bodies that are described here: a document of another type is a program's alone."""
 _LEAST_CONTAINED: Final = 3
 """Fields of a value that a larger one names as a whole."""
 _OFTEN: Final = 4
@@ -71,9 +73,10 @@ def page() -> str:
         for method, operation in item.items()
     ]
     parameters = _repeated(_parameter(each) for _, operation in operations for each in _in_query(operation))
-    known = _reached([each for _, each in operations if FEATURES not in each["tags"]], schemas)
-    values = {name: _fields(name, each) for name, each in sorted(schemas.items()) if name in known}
-    values = {name: each for name, each in values.items() if not _is_list(schemas[name])}
+    sent = _reached(
+        [each["requestBody"]["content"].get(_JSON) for _, each in operations if "requestBody" in each], schemas
+    )
+    values = {name: _fields(name, each) for name, each in sorted(schemas.items()) if name in sent}
     wider = {name: _contained(name, values) for name in values}
     own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
     fields = _repeated(pair for each in own.values() for pair in each.items() if ". " in pair[1] or "|" in pair[1])
@@ -87,18 +90,12 @@ def page() -> str:
         blocks.append("\n".join([*lines, ""]))
     blocks.append("## Shared fields\n")
     blocks += [*_list(dict(sorted(fields))), "## Values\n"]
-    sent = _reached([each["requestBody"] for _, each in operations if "requestBody" in each], schemas)
-    left_out = []
     for name, found_fields in values.items():
-        about = _sentence(" ".join(schemas[name].get("description", "").replace("``", "`").split()))
-        own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
-        if name in sent:
+        if found_fields:
+            about = _sentence(" ".join(schemas[name].get("description", "").replace("``", "`").split()))
+            own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
             blocks += [f"### {name}\n", f"{about}\n", *_fields_sent(wider[name], own_fields, fields)]
-        elif _described(own_fields, fields) or re.search(r"[`:;]", about):
-            blocks += [f"### {name}\n", f"{about}\n", *_list(_described(own_fields, fields))]
-        else:
-            left_out.append(name)
-    return re.sub(rf"\[({'|'.join(left_out)})\]\(#\w+\)", r"`\1`", "\n".join(blocks))
+    return re.sub(r"\[(\w+)\]\(#\w+\)", lambda each: each[0] if each[1] in sent else f"`{each[1]}`", "\n".join(blocks))
 
 
 def _reached(given: Any, schemas: Mapping[str, Any]) -> set[str]:

@@ -7,9 +7,10 @@ completions of bash and zsh, which the wheel installs into ``share``. ``--check`
 from __future__ import annotations
 
 import argparse
+import re
 import sys
+import textwrap
 import tomllib
-from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
@@ -37,17 +38,17 @@ OTHER: Final = {"hawk-drone": "hawk-sim", "hawk-sim": "hawk-drone"}
 COMPLETED: Final = {"FILE": shtab.FILE, "RECORDING": shtab.FILE, "FILM": shtab.FILE, "DIR": shtab.DIRECTORY}
 """Completion by the name that the help gives a value."""
 
-_OFTEN: Final = 5
-"""Commands from which on an option that they have alike is described once, above them."""
+_WIDTH: Final = 120
+"""Characters of a line of the page."""
 _HEADER: Final = """# Command line
 
 Written by `packaging/command_line.py` from the parsers of both programs: change those and run this again.
 
-`hawk-drone` without a command is `hawk-drone run`. Settings that an option does not reach are in
-[settings.md](settings.md). Each command has `--help`; `man hawk-drone` and `man hawk-sim` say all of it where the
-package put its man pages (`share/man` beside the `bin` of the programs). Completion of commands, options and files: for
-bash `source share/bash-completion/completions/hawk-drone`, for zsh the folder `share/zsh/site-functions` in `fpath`. In
-the source `share` is `packaging/share`.
+`hawk-drone` without a command is `hawk-drone run`; `--version` prints its version. `--help` of a command describes each
+option, and so do `man hawk-drone` and `man hawk-sim` where the package put its man pages (`share/man` beside the `bin`
+of the programs). Other settings are in [settings.md](settings.md). Completion of commands, options and files: for bash
+`source share/bash-completion/completions/hawk-drone`, for zsh the folder `share/zsh/site-functions` in `fpath`. In the
+source `share` is `packaging/share`.
 """
 
 
@@ -71,17 +72,14 @@ def files() -> dict[Path, str]:
 
 
 def reference(parsers: list[argparse.ArgumentParser]) -> str:
-    """Return the page (Markdown): a section for each program, with one for each command of the first.
+    """Return the page (Markdown): each program with its commands, the purpose and the synopsis of each.
 
-    The options of the others, for simulations alone, are those of the first one's simulation, and of ``--help``.
+    The options of the others are for simulations alone; ``--help`` shows them.
     """
     program, *others = parsers
-    blocks = [_HEADER, f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), "", *_options(program, {}, [])]
-    common = _common(program)
-    described = dict.fromkeys(common, program.prog)
-    blocks += [f"{_which(common, program)}\n", *(f"- {row}" for row in common), ""]
+    blocks = [_HEADER, f"## {program.prog}", "", _sentence(PURPOSE[program.prog]), ""]
     for parser, purpose in commands(program):
-        blocks += [f"### {parser.prog}", "", _sentence(purpose), "", *_options(parser, described, common)]
+        blocks += [f"### {parser.prog}", "", _sentence(purpose), "", _synopsis(parser), ""]
     blocks += [f"Exit status: {STATUS[program.prog]}", ""]
     for other in others:
         rows = {other.prog: PURPOSE[other.prog]} | {found.prog: purpose for found, purpose in commands(other)}
@@ -89,22 +87,6 @@ def reference(parsers: list[argparse.ArgumentParser]) -> str:
         blocks += [*(f"- `{prog}`: {_sentence(purpose)}" for prog, purpose in rows.items()), ""]
         blocks += [f"Exit status: {STATUS[other.prog]}", ""]
     return "\n".join(blocks)
-
-
-def _common(program: argparse.ArgumentParser) -> list[str]:
-    """Return the rows of options that many commands of a program have."""
-    rows = Counter(_row(each) for parser, _ in commands(program) for each in shown(parser))
-    return [row for row, count in rows.items() if count >= _OFTEN]
-
-
-def _which(common: list[str], program: argparse.ArgumentParser) -> str:
-    """Return the sentence that says which commands have all options that are common."""
-    having = [
-        f"`{parser.prog.removeprefix(f'{program.prog} ')}`"
-        for parser, _ in commands(program)
-        if set(common) <= {_row(each) for each in shown(parser)}
-    ]
-    return f"Options of {', '.join(having[:-1])} and {having[-1]}:"
 
 
 def man_page(parser: argparse.ArgumentParser) -> str:
@@ -133,54 +115,12 @@ def shown(parser: argparse.ArgumentParser) -> list[argparse.Action]:
     return [each for each in parser._actions if each.help != argparse.SUPPRESS and not isinstance(each, hidden)]
 
 
-def _options(parser: argparse.ArgumentParser, described: dict[str, str], common: list[str]) -> list[str]:
-    """Return the list of a command's options; those that another command has alike are named before it.
-
-    ``described`` has the command of each row so far, and gets this one's. ``common``: rows that many have, which are
-    not named of a command that has all of them.
-    """
-    rows, named, own = [], dict[str, list[str]](), [_row(each) for each in shown(parser)]
-    left_out = common if set(common) <= set(own) else []
-    for row in own:
-        if row in left_out:
-            continue
-        if row in described:
-            named.setdefault(described[row], []).append(row.partition(": ")[0])
-        else:
-            described[row] = parser.prog
-            rows.append(f"- {row}")
-    alike = [f"{_alike(prog, options, described)}\n" for prog, options in named.items()]
-    return [*alike, *([*rows, ""] if rows else [])]
-
-
-def _row(action: argparse.Action) -> str:
-    return f"`{_usage(action)}`: {_meaning(action)}"
-
-
-def _alike(prog: str, options: list[str], described: dict[str, str]) -> str:
-    """Return which options are as those of an earlier command: all but a few, or those that are named."""
-    its = [row.partition(": ")[0] for row, owner in described.items() if owner == prog]
-    others = [option for option in its if option not in options]
-    if its and len(others) < len(options) / 3:
-        return f"All of `{prog}`" + (f" but {', '.join(others)}." if others else ".")
-    return f"As in `{prog}`: {', '.join(options)}."
-
-
-def _usage(action: argparse.Action) -> str:
-    if isinstance(action.metavar, str):
-        value = action.metavar
-    elif action.choices is not None:
-        value = ",".join(str(each) for each in action.choices)
-    else:
-        value = action.dest if not action.option_strings else action.dest.upper()
-    names = ", ".join(action.option_strings)
-    return f"{names} {value}".strip() if action.nargs != 0 else names
-
-
-def _meaning(action: argparse.Action) -> str:
-    text = (action.help or "").replace("%%", "%").replace("|", "\\|")
-    needed = " Needed." if action.required and action.option_strings else ""
-    return f"{_sentence(text)}{needed}"
+def _synopsis(parser: argparse.ArgumentParser) -> str:
+    """Return a command with its arguments and options, as a block of code; brackets: an option that may be left out."""
+    usage = " ".join(parser.format_usage().removeprefix("usage: ").replace(" [-h]", "").split())
+    whole = re.sub(r"(--[\w-]+) (?=[\w{\[])", "\\1\0", usage)
+    lines = textwrap.wrap(whole, _WIDTH - 8, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False)
+    return "\n".join(f"    {line}" for line in lines).replace("\0", " ")
 
 
 def _sentence(text: str) -> str:

@@ -246,6 +246,7 @@ class Daemon:
             lambda: self._journal.survey_id,
             self.manager.log.add,
             surroundings(self.autopilot, self.camera, self.inputs, self.topics, self.manager, self._config.fence),
+            lambda: self.inputs.occupancy_map.value,
             is_restored=bool(self._kept.map_parts),
         )
         self.inputs.path_plan.listen(self._lots.keeper.note_plan)
@@ -281,6 +282,7 @@ class Daemon:
             settings=settings(self._config, reference_text()),
             newest_recording=self._recording.newest,
             recordings=self._recording.folder,
+            sections=lambda: self._lots.sections.current,
             lots=self._lots.store,
             due=partial(moments_due, self._config.schedule),
             read_area=editable_area,

@@ -15,10 +15,9 @@ import shapely
 from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
-from hawk.exports.answers import Feature, Geometry
 from hawk.exports.shapes import lot_shape
 from hawk.lots import section_lists
-from hawk.lots.answers import ListedSection
+from hawk.lots.answers import Feature, Geometry, ListedSection
 from hawk.lots.outlines import Rings, outline_of_rings, rings_of
 from hawk.lots.plan.queries import in_plan
 from hawk.lots.registration.georeference import corners_on_earth

@@ -24,8 +24,9 @@ from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.order import is_sure, oldest_first
 from hawk.lots.survey.source import PictureSource
+from hawk.lots.tables import unpack_stalls
 from hawk.lots.time_zone import time_zone_of
-from hawk.lots.values import PLACED, Detection, NotFoundError, unpack_stalls
+from hawk.lots.values import PLACED, Detection, NotFoundError
 from hawk.model.lot_map import StallState
 from hawk.model.plans import Outline
 from hawk.results.label_parts import in_order

@@ -7,7 +7,7 @@ Places are [north, east], metres in the lot's frame, or degrees of WGS-84, latit
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated, Final, Literal, Self
+from typing import Annotated, Any, Final, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.dataclasses import dataclass
@@ -508,3 +508,19 @@ class ObservationList(Part):
     """Part of the list of observations."""
 
     items: list[Observation]
+
+
+class Geometry(Shown):
+    """Polygon or MultiPolygon of [longitude, latitude], degrees."""
+
+    type: Literal["Polygon", "MultiPolygon"]
+    coordinates: list[Any]
+
+
+class Feature(Shown):
+    """A lot, a stall or a survey with its ground; null where none is known."""
+
+    type: Literal["Feature"]
+    id: Id
+    geometry: Geometry | None
+    properties: dict[str, Any]

@@ -15,6 +15,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
 from hawk.lots.labels import lasting_labels
+from hawk.lots.outline_sections import add_outline_sections
 from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import SHAPE
@@ -29,6 +30,7 @@ from hawk.lots.survey.moments import has_been
 from hawk.lots.survey.observations import keep_looks
 from hawk.lots.survey.order import now_of
 from hawk.lots.survey.source import SurveyKind, source_columns
+from hawk.lots.tables import pack_stalls, pack_vehicles
 from hawk.lots.values import (
     Detection,
     Doubtful,
@@ -40,8 +42,6 @@ from hawk.lots.values import (
     fitting_name,
     free_name,
     new_id,
-    pack_stalls,
-    pack_vehicles,
     utc,
 )
 from hawk.model.lot_map import StallState
@@ -77,7 +77,10 @@ def save(connection: Connection, survey: FinishedSurvey, register: Register | No
         connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(placed=placed.value))
         doubt = "the lot's plan is damaged on the disk"
     if placed is Placed.FIRST:
-        lot = lot or make_lot(connection, survey, seq)
+        if lot is None:
+            lot = make_lot(connection, survey, seq)
+            if not survey.stalls:
+                add_outline_sections(connection, lot, _name_of(connection, lot), survey)
         extend_layout(connection, lot, seq, survey)
     if placed is Placed.UNREGISTERED and lot is not None and register is not None:
         outcome = register_survey(connection, lot, seq, survey, register, before)
@@ -109,7 +112,7 @@ def _place(
         return decision.lot, Placed.UNREGISTERED, ()
     if decision.answer is Answer.ASK:
         return None, Placed.UNDECIDED, tuple(each.lot for each in decision.candidates)
-    is_lot = decision.answer is Answer.NEW and len(survey.stalls) > 0
+    is_lot = decision.answer is Answer.NEW and (len(survey.stalls) > 0 or survey.capacity is not None)
     return None, Placed.FIRST if is_lot else Placed.NOTHING, ()
 
 

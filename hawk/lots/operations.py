@@ -23,7 +23,8 @@ from hawk.lots.registration.georeference import about, ground_about, joined, sha
 from hawk.lots.registration.lot_match import SAME_SHARE
 from hawk.lots.rows import Row
 from hawk.lots.schema import SECTION
-from hawk.lots.values import Detection, LotInputError, Placed, checked_degrees, free_name, new_id, unpack_stalls
+from hawk.lots.tables import unpack_stalls
+from hawk.lots.values import Detection, LotInputError, Placed, checked_degrees, free_name, new_id
 from hawk.model.plans import Outline
 from hawk.results.row_labels import letters
 

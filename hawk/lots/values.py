@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import uuid
-import zlib
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from datetime import UTC, datetime
@@ -13,11 +12,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from hawk.lots.plan.values import ANSWER, LayoutStall
 from hawk.lots.survey.source import PictureSource, SurveyKind
-from hawk.lots.tables import pack, unpack
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
-from hawk.model.vehicles import Vehicle, VehicleKind
+from hawk.model.vehicles import Vehicle
 
 if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
@@ -285,7 +283,8 @@ class FinishedSurvey:
     ``accuracy``: metres, the receiver's own estimate at the landing; None where it gave none. ``pictures``: the
     source of a survey that nobody flew. ``title``: name for a new lot; "": by its number. ``beside``: outlines of the
     other lots near by, where a person gave those of several lots, this one among them; None: nobody did.
-    ``vehicles``: None of a network that knows none.
+    ``vehicles``: None of a network that knows none. ``capacity``: places on the outline as a person gave them; a lot
+    without stalls has that section.
     """
 
     name: str
@@ -303,6 +302,7 @@ class FinishedSurvey:
     title: str = ""
     beside: tuple[Outline, ...] | None = field(default=None, repr=False)
     vehicles: tuple[VehicleDetection, ...] | None = field(default=None, repr=False)
+    capacity: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no number, and an end before the beginning. Raises LotInputError."""
@@ -403,40 +403,3 @@ class Saved:
     stalls: int = 0
     known: int = 0
     doubt: str = ""
-
-
-_COLUMNS: Final = tuple(each.name for each in fields(Detection))
-_ADDED: Final = {"known": "", "is_extra": False, "is_blurred": None}
-"""Columns that earlier versions lack."""
-_OF_VEHICLE: Final = tuple(each.name for each in fields(VehicleDetection))
-_DAMAGED_DATA: Final = (zlib.error, ValueError, KeyError, TypeError, AttributeError)
-
-
-def pack_stalls(stalls: Sequence[Detection]) -> bytes:
-    """Return the stalls as a compressed table."""
-    return pack(stalls, _COLUMNS)
-
-
-def unpack_stalls(data: bytes) -> tuple[Detection, ...]:
-    """Return the stalls of `pack_stalls`, rounded to centimetres, 0.1 mrad and thousandths. Raises LotStoreError."""
-    try:
-        rows = unpack(data, _COLUMNS, _ADDED)
-        return tuple(Detection(**{**row, "state": StallState(row["state"])}) for row in rows)
-    except _DAMAGED_DATA as error:
-        raise LotStoreError(f"the stalls of a survey cannot be read: {error}") from error
-
-
-def pack_vehicles(vehicles: Sequence[VehicleDetection] | None) -> bytes | None:
-    """Return the vehicles as a compressed table; None for those of a network that knows none."""
-    return None if vehicles is None else pack(vehicles, _OF_VEHICLE)
-
-
-def unpack_vehicles(data: bytes | None) -> tuple[VehicleDetection, ...] | None:
-    """Return the vehicles of `pack_vehicles`, rounded as stalls are. Raises LotStoreError."""
-    if data is None:
-        return None
-    try:
-        rows = unpack(data, _OF_VEHICLE, {})
-        return tuple(VehicleDetection(**{**row, "kind": VehicleKind(row["kind"])}) for row in rows)
-    except _DAMAGED_DATA as error:
-        raise LotStoreError(f"the vehicles of a survey cannot be read: {error}") from error

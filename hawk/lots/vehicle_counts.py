@@ -16,7 +16,7 @@ from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.survey.section_looks import move_of_survey, moved_shapes
 from hawk.lots.survey.vehicle_places import Grounds, Place, places_of
-from hawk.lots.values import unpack_vehicles
+from hawk.lots.tables import unpack_vehicles
 
 _FIELDS: Final = {
     Place.STALL: "on_stalls",

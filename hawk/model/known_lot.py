@@ -40,6 +40,36 @@ class KnownLot:
 
 
 @dataclass(frozen=True, slots=True)
+class FlownSection:
+    """A section of the known lot on the map of a flight, with its vehicles as they are counted so far.
+
+    ``outline``: (north, east), metres. ``capacity``: None where nobody gives one. ``count``: None while next to nothing
+    of it was seen.
+    """
+
+    id: str
+    name: str
+    outline: Ring = field(repr=False)
+    capacity: int | None
+    count: FlownCount | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class FlownCount:
+    """Count of a section: ``parked`` vehicles, ``least`` to ``most`` in nine of ten.
+
+    ``room`` for further ones: None where too much is hidden. ``seen_share`` and ``hidden_share`` of its ground.
+    """
+
+    parked: int
+    least: int
+    most: int
+    room: int | None
+    seen_share: float
+    hidden_share: float
+
+
+@dataclass(frozen=True, slots=True)
 class LotTour:
     """The part of a round that looks at every stall of one known lot once more, planned before the start.
 

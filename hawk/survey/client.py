@@ -29,7 +29,16 @@ from hawk.comm.protocol.commands import (
     OperatorHeartbeat,
     Welcome,
 )
-from hawk.comm.protocol.heartbeat import FenceSetup, Heartbeat, LogEntry, MapUpdate, OutlineSetup, Point, StallUpdate
+from hawk.comm.protocol.heartbeat import (
+    FenceSetup,
+    Heartbeat,
+    LogEntry,
+    MapUpdate,
+    OutlineSetup,
+    Point,
+    SectionUpdate,
+    StallUpdate,
+)
 from hawk.model.lot_map import TILE_CELLS, Cell, Stall, StallState, TileKey
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import SurveyMap
@@ -91,6 +100,8 @@ class DroneClient:
         """The fence that the next Arm puts in force."""
         self.outline_setup: OutlineSetup | None = None
         """The area that Explore is to survey."""
+        self.sections: dict[str, SectionUpdate] = {}
+        """Sections of the known lot that is flown over, by their ids."""
         self.is_hidden = False
         """Says with each sign of life that nobody sees this client, as a page does that is hidden."""
 
@@ -233,6 +244,7 @@ class DroneClient:
             self._take_heartbeat(message)
         elif isinstance(message, Welcome):
             self.map.clear()
+            self.sections.clear()
             self.log.clear()  # the drone sends its whole log again, and a restarted drone numbers it from zero
             self.welcome = message
             self._welcomed.set()
@@ -259,6 +271,10 @@ class DroneClient:
         self.trail.extend(beat.trail)
         self.fence_setup = beat.fence_setup or self.fence_setup
         self.outline_setup = beat.outline_setup or self.outline_setup
+        if beat.sections is not None:
+            self.sections |= {each.id: each for each in beat.sections.changed}
+            for gone in beat.sections.removed:
+                self.sections.pop(gone, None)
         for waiter in tuple(self._waiters):
             if not waiter.done():
                 waiter.set_result(beat)

@@ -14,6 +14,7 @@ from hawk.versions.flight_state import FoundState, read_flight_state
 from hawk.versions.folder import VersionError, Versions
 
 UNIT: Final = "hawk-drone.service"
+DESK_UNIT: Final = "hawk-desk.service"
 RUNTIME_FOLDER: Final = Path("/run/hawk")
 """RuntimeDirectory of the unit. It is kept over stops and emptied by a boot."""
 SYSTEMD_FOLDER: Final = Path("/run/systemd/system")
@@ -123,18 +124,22 @@ def use_idle_time_only() -> None:
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))
 
 
-def restart_service() -> None:
-    """Start the service again if it runs. Raises VersionError where systemd cannot do so."""
+def restart_services() -> None:
+    """Start daemon and desk again where they run. Raises VersionError where systemd cannot do so."""
     if not systemd_runs():
         return
-    for command in (["systemctl", "daemon-reload"], ["systemctl", "try-restart", UNIT]):
+    for command in (
+        ["systemctl", "daemon-reload"],
+        ["systemctl", "try-restart", UNIT],
+        ["systemctl", "try-restart", DESK_UNIT],
+    ):
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=RESTART_S, check=False)
         except (OSError, subprocess.TimeoutExpired) as error:
             raise VersionError(f"`{' '.join(command)}` failed: {error}") from error
         if done.returncode != 0:
             reason = done.stderr.strip() or f"status {done.returncode}"
-            raise VersionError(f"`{' '.join(command)}` failed: {reason}; see journalctl --unit={UNIT}")
+            raise VersionError(f"`{' '.join(command)}` failed: {reason}; see journalctl")
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,7 +147,7 @@ class Outside:
     """Everything outside the folder of versions; replaced in tests."""
 
     look: Callable[[], Refusal | None] = look
-    restart: Callable[[], None] = restart_service
+    restart: Callable[[], None] = restart_services
 
 
 def require_ground(outside: Outside) -> None:

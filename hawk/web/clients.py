@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -16,7 +17,10 @@ from hawk.comm.protocol.heartbeat import (
     LogEntry,
     OutlineSetup,
     Point,
+    SectionsUpdate,
+    SectionUpdate,
 )
+from hawk.model.known_lot import FlownSection
 from hawk.model.lot_map import OccupancyMap
 from hawk.web.map_view import MapView
 from hawk.web.sessions import ControlView
@@ -27,11 +31,13 @@ LOG_LIMIT: Final = 50
 """Log entries in one heartbeat; the rest comes with the next."""
 TRAIL_LIMIT: Final = 500
 """Trail points in one heartbeat."""
+SECTION_LIMIT: Final = 100
+"""Sections in one heartbeat."""
 
 
 @dataclass(slots=True)
 class ClientView:
-    """Map, log, trail and fence as one client has received them."""
+    """Map, log, trail, fence and sections as one client has received them."""
 
     map: MapView = field(default_factory=MapView)
     _log: int = -1
@@ -39,8 +45,16 @@ class ClientView:
     _trail_id: int | None = None
     _fence: FenceSetup | None = None
     _outline: OutlineSetup | None = None
+    _sections: dict[str, FlownSection] = field(default_factory=dict)
+    _whole: Sequence[FlownSection] = ()
 
-    def heartbeat(self, status: DroneStatus, current: OccupancyMap | None, control: ControlView) -> str:
+    def heartbeat(
+        self,
+        status: DroneStatus,
+        current: OccupancyMap | None,
+        control: ControlView,
+        sections: Sequence[FlownSection] = (),
+    ) -> str:
         """Return the client's Heartbeat as JSON and mark its content as sent."""
         start, trail = self._next_trail(status)
         own = ClientHeartbeat(
@@ -50,6 +64,7 @@ class ClientView:
             trail_start=start,
             fence_setup=None if status.fence_setup is self._fence else status.fence_setup,
             outline_setup=None if status.outline_setup is self._outline else status.outline_setup,
+            sections=self._next_sections(sections),
             controller=control.controller,
             controller_lost=control.controller_lost,
             in_control=control.in_control,
@@ -67,6 +82,18 @@ class ClientView:
         if entries:
             self._log = entries[-1].number
         return entries
+
+    def _next_sections(self, sections: Sequence[FlownSection]) -> SectionsUpdate | None:
+        if sections is self._whole:
+            return None
+        there, sent = {each.id for each in sections}, self._sections
+        changed = [each for each in sections if sent.get(each.id) != each][:SECTION_LIMIT]
+        removed = [each for each in sent if each not in there]
+        if not changed and not removed:
+            self._whole = sections
+            return None
+        self._sections = {key: each for key, each in sent.items() if key in there} | {each.id: each for each in changed}
+        return SectionsUpdate(changed=[SectionUpdate.of(each) for each in changed], removed=removed)
 
     def _next_trail(self, status: DroneStatus) -> tuple[bool, list[Point]]:
         start = status.trail_id != self._trail_id or len(status.trail) < self._trail

@@ -22,6 +22,7 @@ from hawk.comm.topic import Topic
 from hawk.config.reference import Setting
 from hawk.config.sections import OperatorSettings, WebSettings
 from hawk.lots.store import LotStore
+from hawk.model.known_lot import FlownSection
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
@@ -116,6 +117,8 @@ class WebServices:
     """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
     for how many days.
     """
+    sections: Callable[[], Sequence[FlownSection]] = tuple
+    """Returns the sections of the known lot that is flown over, as they are counted so far."""
     lots: LotStore | None = None
     """Lots and surveys that last; None: there are none here."""
     folder: Path | None = None

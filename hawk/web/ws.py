@@ -193,7 +193,9 @@ class CommandConnection:
         if status is None or desk.is_lost(self._client.id):
             return
         try:
-            text = self._client.view.heartbeat(status, services.occupancy_map.value, desk.seen_by(self._client.id))
+            text = self._client.view.heartbeat(
+                status, services.occupancy_map.value, desk.seen_by(self._client.id), services.sections()
+            )
         except Exception:  # a status that cannot be encoded must not end the heartbeats after it
             self._counters.heartbeats_failed += 1
             if self._counters.heartbeats_failed == 1:

@@ -18,7 +18,7 @@ from hawk.versions.switch import RUNTIME_FOLDER
 ROOT = Path(__file__).resolve().parents[2]
 UNIT = ROOT / "packaging" / "systemd" / "hawk-drone.service"
 COMMAND = "/opt/hawk/current/bin/hawk-drone"
-EXPOSURE = {"hawk-drone.service": 1.5, "hawk-inbox.service": 0.5}
+EXPOSURE = {"hawk-drone.service": 1.5, "hawk-desk.service": 1.2, "hawk-inbox.service": 0.5}
 """Greatest exposure of each unit, as systemd-analyze(1) counts it."""
 """Of `systemd-analyze security`, 0 to 10; what is left are the network, devices, and its user's groups."""
 

@@ -16,7 +16,7 @@ def test_no_file_takes_the_place_of_a_link_of_the_system(package: Path) -> None:
     """In Debian 13 base-files owns /lib, a link to usr/lib."""
     listed = subprocess.run(["dpkg-deb", "--contents", str(package)], capture_output=True, text=True, check=True)
     names = {line.split()[5] for line in listed.stdout.splitlines()}
-    assert "./usr/lib/systemd/system/hawk-drone.service" in names
+    assert {f"./usr/lib/systemd/system/hawk-{each}.service" for each in ("drone", "desk", "inbox")} <= names
     assert not [name for name in names if name.startswith(("./lib/", "./bin/", "./sbin/"))]
 
 

@@ -1,6 +1,7 @@
 """The shortest round found over several known lots: their order, then a tour over each from where the last one ends.
 
-The order is the shortest closed path over the lots inside the fence, by dynamic programming (Held and Karp 1962). Lots that come first are all flown before the others.
+The order is the shortest closed path over the lots inside the fence, by dynamic programming (Held and Karp 1962). Lots
+that come first are all flown before the others.
 """
 
 from __future__ import annotations

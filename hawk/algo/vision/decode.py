@@ -19,7 +19,6 @@ from hawk.algo.vision.detection import Detection, FloatArray, GroundImage
 from hawk.algo.vision.network import CELL_PIXELS, CORE_SHARE, MapArray
 
 _SAMPLES = (7, 13)
-_MINIMUM_VOTERS = 12
 _LEAST_SHOWN = 0.3
 """Below this visible share of its core a stall is not judged by the core."""
 STATE_FEATURES: Final = ("said", "car", "middle")
@@ -63,7 +62,8 @@ class VoteRules:
     object. ``reach``: from a centre to its voters' votes. ``beyond``: how far outside the maps the centre of an object
     that is partly visible may lie. ``overlap``: of two that share more than this the better one stays. ``core_of``:
     mean of the core map at which a rectangle is surely none, and fully an object; islands between stalls lie between.
-    ``is_size_voted``: the size is the mean of the votes, not the spread of the voters.
+    ``is_size_voted``: the size is the mean of the votes, not the spread of the voters. ``least_voters``: fewer cells
+    are no object. ``apart``: side of the square, odd, in which one centre is.
     """
 
     width_m: tuple[float, float]
@@ -76,6 +76,8 @@ class VoteRules:
     overlap: float = 0.3
     core_of: tuple[float, float] = (0.5, 0.9)
     is_size_voted: bool = False
+    least_voters: int = 12
+    apart: int = 7
 
 
 STALL_RULES: Final = VoteRules(width_m=(1.4, 4.6), length_m=(3.0, 9.0), beyond=15)
@@ -129,8 +131,8 @@ def vote(
     """
     shown = np.ones_like(maps.core) if shown is None else shown
     core = maps.core * shown
-    voters = _Voters(maps, core, cell_m, rules)
     size = (core.shape[0] + 2 * rules.beyond, core.shape[1] + 2 * rules.beyond)
+    voters = _Voters(maps, core, cell_m, size, rules)
     peaks = _peaks(voters, size, rules)
     if not len(peaks[0]):
         return Stalls(*[np.zeros(0)] * 6)
@@ -149,14 +151,13 @@ def occupancy(maps: StateMaps, stalls: Stalls) -> FloatArray:
 
 def state_features(maps: StateMaps, stalls: Stalls) -> FloatArray:
     """Return what the network says of the state of each stall: (N, F), columns as `STATE_FEATURES`."""
-    points = sample_points(stalls)
-    core, taken, car = (sample(values, points) for values in (maps.core, maps.taken, maps.car))
+    cells = Cells.nearest(sample_points(stalls), maps.core.shape)
+    core, taken, car = (cells.read(values) for values in (maps.core, maps.taken, maps.car))
     inner, middle = _inner(), np.abs(sample_grid()[:, 0]) < _MIDDLE
     weight = core[:, inner] + 1e-3
     said = np.clip((taken[:, inner] * weight).sum(axis=1) / weight.sum(axis=1), _SAID_LEAST, 1 - _SAID_LEAST)
-    shown = sample(np.ones_like(maps.car), points)  # 1 but at the picture's edge
     car_share, middle_share = (
-        car[:, part].sum(axis=1) / np.maximum(shown[:, part].sum(axis=1), 1e-3)
+        car[:, part].sum(axis=1) / np.maximum(cells.is_inside[:, part].sum(axis=1), 1e-3)
         for part in (np.ones_like(middle), middle)
     )
     return np.column_stack([np.log(said / (1 - said)), car_share, middle_share])
@@ -181,13 +182,29 @@ def sample_points(stalls: Stalls) -> FloatArray:
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Cells:
+    """Cells of maps by ``index`` (...) into the flat map; ``is_inside`` (...) is False beyond the maps."""
+
+    index: NDArray[np.intp]
+    is_inside: NDArray[np.bool_]
+
+    @classmethod
+    def nearest(cls, points: FloatArray, size: tuple[int, ...]) -> Cells:
+        """Return the cells nearest to (column, row) points (..., 2) of maps of ``size``, (rows, columns)."""
+        rows, columns = size
+        column, row = (np.rint(points[..., k]).astype(np.intp) for k in (0, 1))
+        is_inside = (column >= 0) & (column < columns) & (row >= 0) & (row < rows)
+        return cls(np.where(is_inside, row * columns + column, 0), is_inside)
+
+    def read(self, values: NDArray[Any]) -> NDArray[Any]:
+        """Return the values of each map of (rows, columns); 0 outside."""
+        return np.where(self.is_inside, values.reshape(*values.shape[:-2], -1)[..., self.index], 0)
+
+
 def sample(values: NDArray[Any], points: FloatArray) -> NDArray[Any]:
     """Return the nearest values at (column, row) points (..., 2), of each map of (rows, columns); 0 outside."""
-    cells = np.rint(points).astype(np.intp)
-    rows, columns = values.shape[-2:]
-    inside = (cells[..., 0] >= 0) & (cells[..., 0] < columns) & (cells[..., 1] >= 0) & (cells[..., 1] < rows)
-    read = values[..., np.clip(cells[..., 1], 0, rows - 1), np.clip(cells[..., 0], 0, columns - 1)]
-    return np.where(inside, read, 0)
+    return Cells.nearest(points, values.shape[-2:]).read(values)
 
 
 def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Detection, ...]:
@@ -202,31 +219,37 @@ def to_seen(stalls: Stalls, taken: FloatArray, ground: GroundImage) -> tuple[Det
 
 
 class _Voters:
-    """Core cells with their votes; rows and columns start ``beyond`` cells before the maps: all centres are above 0."""
+    """Core cells with their votes; rows and columns start ``beyond`` cells before the maps: all centres are above 0.
 
-    def __init__(self, maps: VoteMaps, core: NDArray[np.float32], cell_m: float, rules: VoteRules) -> None:
-        rows, columns = np.nonzero(core > rules.core_limit)
-        self.row, self.column = rows + float(rules.beyond), columns + float(rules.beyond)
-        self.core = core[rows, columns].astype(np.float64)
-        self.width, self.length = maps.width[rows, columns] / cell_m, maps.length[rows, columns] / cell_m
+    ``cell``: that of each vote in flat maps of ``size``.
+    """
+
+    def __init__(
+        self, maps: VoteMaps, core: NDArray[np.float32], cell_m: float, size: tuple[int, int], rules: VoteRules
+    ) -> None:
+        at = np.flatnonzero(core > rules.core_limit)
+        self.row, self.column = (each + float(rules.beyond) for each in np.divmod(at, core.shape[1]))
+        self.core = core.reshape(-1)[at].astype(np.float64)
+        self.width, self.length = (each.reshape(-1)[at] / cell_m for each in (maps.width, maps.length))
         self.weight = self.core / (self.width * self.length * CORE_SHARE**2)  # all of a whole one weigh about 1
-        self.centre_column = self.column + maps.offset_column[rows, columns]
-        self.centre_row = self.row + maps.offset_row[rows, columns]
-        self.sine, self.cosine = maps.sine[rows, columns], maps.cosine[rows, columns]
+        self.centre_column = self.column + maps.offset_column.reshape(-1)[at]
+        self.centre_row = self.row + maps.offset_row.reshape(-1)[at]
+        self.sine, self.cosine = maps.sine.reshape(-1)[at], maps.cosine.reshape(-1)[at]
+        row = np.clip(np.rint(self.centre_row), 0, size[0] - 1).astype(np.intp)
+        self.cell = row * size[1] + np.clip(np.rint(self.centre_column), 0, size[1] - 1).astype(np.intp)
 
 
-def _peaks(voters: _Voters, size: tuple[int, ...], rules: VoteRules) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _peaks(voters: _Voters, size: tuple[int, int], rules: VoteRules) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return rows and columns of the maxima of the density of votes."""
-    cells = _cell(voters, size)
-    votes = np.bincount(cells, voters.weight, size[0] * size[1]).reshape(size).astype(np.float32)
+    votes = np.bincount(voters.cell, voters.weight, size[0] * size[1]).reshape(size).astype(np.float32)
     density = cv2.GaussianBlur(votes, (0, 0), rules.sigma) * np.float32(2 * np.pi * rules.sigma**2)
-    highest = cv2.dilate(density, np.ones((7, 7), np.uint8))
-    rows, columns = np.nonzero((density == highest) & (density > rules.peak_limit))
+    highest = cv2.dilate(density, np.ones((rules.apart, rules.apart), np.uint8))
+    rows, columns = np.divmod(np.flatnonzero((density == highest) & (density > rules.peak_limit)), size[1])
     return rows, columns
 
 
 def _gather(
-    voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, ...], rules: VoteRules
+    voters: _Voters, peaks: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, int], rules: VoteRules
 ) -> Stalls:
     """Give every vote to the nearest peak within reach, and describe the object of each peak by its voters."""
     away = np.full(size, 255, np.uint8)
@@ -234,29 +257,26 @@ def _gather(
     _, nearest = cv2.distanceTransformWithLabels(away, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
     order = np.zeros(len(peaks[0]) + 1, np.intp)
     order[nearest[peaks]] = np.arange(len(peaks[0]))
-    owner = order[nearest.reshape(-1)[_cell(voters, size)]]
+    owner = order[nearest.reshape(-1)[voters.cell]]
     apart = np.hypot(voters.centre_column - peaks[1][owner], voters.centre_row - peaks[0][owner])
     mine = apart < rules.reach
-    owner, count = owner[mine], len(peaks[0])
+    owner, votes, count = owner[mine], voters.weight[mine], len(peaks[0])
+    weight = np.maximum(np.bincount(owner, votes, count), 1e-9)
 
-    def total(values: FloatArray) -> FloatArray:
-        return np.asarray(np.bincount(owner, values[mine], count))
+    def mean(values: NDArray[Any]) -> FloatArray:
+        return np.asarray(np.bincount(owner, votes * values[mine], count) / weight)
 
-    weight = np.maximum(total(voters.weight), 1e-9)
-    sine, cosine = total(voters.weight * voters.sine) / weight, total(voters.weight * voters.cosine) / weight
+    sine, cosine = mean(voters.sine), mean(voters.cosine)
     angle = 0.5 * np.arctan2(sine, cosine)
-    column, row = (
-        total(voters.weight * voters.centre_column) / weight,
-        total(voters.weight * voters.centre_row) / weight,
-    )
+    column, row = mean(voters.centre_column), mean(voters.centre_row)
     if rules.is_size_voted:
-        width, length = total(voters.weight * voters.width) / weight, total(voters.weight * voters.length) / weight
+        width, length = mean(voters.width), mean(voters.length)
     else:
         from_column, from_row = voters.column[mine] - column[owner], voters.row[mine] - row[owner]
         width, length = _spread(from_column, from_row, voters.core[mine], owner, angle)
     score = np.minimum(weight, 1.0) * np.minimum(np.hypot(sine, cosine), 1.0)
     found = Stalls(column, row, angle, width, length, score)
-    return found[np.bincount(owner, minlength=count) >= _MINIMUM_VOTERS]
+    return found[np.bincount(owner, minlength=count) >= rules.least_voters]
 
 
 def _spread(
@@ -274,22 +294,16 @@ def _spread(
 
 def _weigh(stalls: Stalls, core: NDArray[np.float32], shown: NDArray[np.float32], rules: VoteRules) -> Stalls:
     """Lower the score of stalls that the core map itself is unsure of; raise that of stalls that are cut off."""
-    points = sample_points(stalls)[:, _inner()]
-    share = sample(shown, points).mean(axis=1)
+    cells = Cells.nearest(sample_points(stalls)[:, _inner()], core.shape)
+    share = cells.read(shown).mean(axis=1)
     share = np.where(share >= _LEAST_SHOWN, share, 1.0)
-    mean, score = sample(core, points).mean(axis=1) / share, np.minimum(stalls.score / share, 1.0)
+    mean, score = cells.read(core).mean(axis=1) / share, np.minimum(stalls.score / share, 1.0)
     return replace(stalls, score=score * np.interp(mean, rules.core_of, (0.0, 1.0)))
 
 
 def _inner() -> NDArray[np.bool_]:
     """Return which places of `sample_grid` lie in a stall's core."""
     return np.asarray(np.abs(sample_grid()).max(axis=1) <= CORE_SHARE / 2)
-
-
-def _cell(voters: _Voters, size: tuple[int, ...]) -> NDArray[np.intp]:
-    row = np.clip(np.rint(voters.centre_row), 0, size[0] - 1).astype(np.intp)
-    column = np.clip(np.rint(voters.centre_column), 0, size[1] - 1).astype(np.intp)
-    return np.asarray(row * size[1] + column, np.intp)
 
 
 def _between(values: FloatArray, limits: tuple[float, float]) -> NDArray[np.bool_]:

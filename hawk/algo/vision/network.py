@@ -119,6 +119,8 @@ MapArray = NDArray[np.float32]
 
 CELL_PIXELS = 2
 """Input pixels a side of an output cell."""
+VEHICLE_CELLS = 2
+"""Output cells a side that the network gives one answer about vehicles for."""
 OFFSET_CELLS = 10.0
 """Unit of the offsets to a stall's centre, cells."""
 USUAL_WIDTH_M = 2.6
@@ -144,8 +146,8 @@ _LARGEST, _OVERLAP = 576, 64
 
 @dataclass(frozen=True, slots=True)
 class VehicleMaps:
-    """The network's vehicles, as `NetworkMaps` has stalls; ``kinds`` (4, rows, columns) are logits of
-    `VEHICLE_KINDS`.
+    """The network's vehicles, as `NetworkMaps` has stalls, but each (rows, columns) at `VEHICLE_CELLS` cells a cell:
+    offsets, too, are in these. ``kinds`` (4, rows, columns) are logits of `VEHICLE_KINDS`.
     """
 
     core: MapArray = field(repr=False)
@@ -158,7 +160,8 @@ class VehicleMaps:
     kinds: MapArray = field(repr=False)
 
     def part(self, rows: slice, columns: slice) -> VehicleMaps:
-        """Return the maps of a part of the picture, given in cells."""
+        """Return the maps of a part of the picture, given in cells of `NetworkMaps`, whose first ones are even."""
+        rows, columns = (slice(each.start // VEHICLE_CELLS, -(-each.stop // VEHICLE_CELLS)) for each in (rows, columns))
         return VehicleMaps(*(np.ascontiguousarray(getattr(self, f.name)[..., rows, columns]) for f in fields(self)))
 
 
@@ -238,6 +241,8 @@ class StallNetwork:
         for row, below in _parts(picture.shape[0]):
             for column, right in _parts(picture.shape[1]):
                 part = self._forward(picture[row.start : row.stop, column.start : column.stop], sun)
+                if part.shape[1:] == (rows, columns):
+                    return maps_from_output(part)
                 if not len(output):
                     output = np.empty((len(part), rows, columns), np.float32)
                 output[:, below[0] : below[1], right[0] : right[1]] = part[
@@ -300,16 +305,23 @@ def maps_from_output(output: MapArray) -> NetworkMaps:
 
 
 def _vehicle_maps(output: MapArray) -> VehicleMaps:
+    output = output[:, ::VEHICLE_CELLS, ::VEHICLE_CELLS]
     shape = tuple(output[:SHAPE_CHANNELS])
-    return VehicleMaps(**_shape_maps(shape, USUAL_VEHICLE_M, (1.0, 1.5)), kinds=output[SHAPE_CHANNELS:])
+    return VehicleMaps(
+        **_shape_maps(shape, USUAL_VEHICLE_M, (1.0, 1.5), OFFSET_CELLS / VEHICLE_CELLS), kinds=output[SHAPE_CHANNELS:]
+    )
 
 
 def _shape_maps(
-    shape: tuple[MapArray, ...], usual: tuple[float, float], most: tuple[float, float]
+    shape: tuple[MapArray, ...],
+    usual: tuple[float, float],
+    most: tuple[float, float],
+    offset: float = OFFSET_CELLS,
 ) -> dict[str, MapArray]:
     """Return core, direction, offset and size of stalls or vehicles by the names of their fields.
 
-    ``usual``: units of width and length, metres; ``most``: logarithms by which they differ from these at most.
+    ``usual``: units of width and length, metres; ``most``: logarithms by which they differ from these at most;
+    ``offset``: unit of the offsets, cells.
     """
     core, sine, cosine, column, row, *sizes = shape
     width, length = (
@@ -320,8 +332,8 @@ def _shape_maps(
         "core": _sigmoid(core),
         "sine": sine,
         "cosine": cosine,
-        "offset_column": column * np.float32(OFFSET_CELLS),
-        "offset_row": row * np.float32(OFFSET_CELLS),
+        "offset_column": column * np.float32(offset),
+        "offset_row": row * np.float32(offset),
         "width": width,
         "length": length,
     }
@@ -343,9 +355,10 @@ def _parts(side: int) -> list[tuple[slice, tuple[int, int]]]:
     Returns each part's pixels, and the first and last cell that are taken from it: the middle of each overlap is the
     border, since at its own edge a part sees less.
     """
+    whole = CELL_PIXELS * VEHICLE_CELLS
     count = max(1, -(-(side - _OVERLAP) // (_LARGEST - _OVERLAP)))
     length = side if count == 1 else -(-(side + (count - 1) * _OVERLAP) // count // _MULTIPLE) * _MULTIPLE
-    starts = [-(-(side - length) * k // max(count - 1, 1) // CELL_PIXELS) * CELL_PIXELS for k in range(count)]
+    starts = [-(-(side - length) * k // max(count - 1, 1) // whole) * whole for k in range(count)]
     ends = [*(start + length for start in starts[:-1]), side]
     borders = [(end + start) // 2 // CELL_PIXELS for end, start in zip(ends, starts[1:], strict=False)]
     cells = -(-side // CELL_PIXELS)
@@ -354,4 +367,8 @@ def _parts(side: int) -> list[tuple[slice, tuple[int, int]]]:
 
 
 def _sigmoid(logits: MapArray) -> MapArray:
-    return np.asarray(1 / (1 + np.exp(-np.clip(logits, -30, 30))), np.float32)
+    found = np.clip(logits, -30, 30)
+    for step in (np.negative, np.exp):
+        step(found, out=found)
+    found += 1
+    return np.asarray(np.reciprocal(found, out=found), np.float32)

@@ -6,25 +6,27 @@ the body on the ground, without its shadow.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 
 from hawk.algo.vision.decode import Stalls, VoteRules, sample, sample_points, vote
 from hawk.algo.vision.detection import FloatArray, GroundImage, Vehicle
-from hawk.algo.vision.network import VEHICLE_KINDS, MapArray, VehicleMaps
+from hawk.algo.vision.network import VEHICLE_CELLS, VEHICLE_KINDS, MapArray, VehicleMaps
 
 VEHICLE_RULES: Final = VoteRules(
     width_m=(1.2, 3.4),
     length_m=(2.2, 20.0),
-    beyond=20,
+    beyond=10,
     core_limit=0.2,
     peak_limit=0.15,
-    sigma=2.0,
-    reach=6.0,
+    sigma=1.0,
+    reach=3.0,
     core_of=(0.0, 1.0),
     is_size_voted=True,
+    least_voters=3,
+    apart=3,
 )
 """From a small car to a lorry with a trailer, of which seven tenths may lie beyond the picture."""
 PROBABILITY_WEIGHTS: Final = np.array([1.75, 0.95])
@@ -64,11 +66,16 @@ class Vehicles:
 
 
 def vehicles_of(maps: VehicleMaps, cell_m: float, shown: MapArray | None = None) -> Vehicles:
-    """Return the vehicles that the maps show; ``cell_m`` and ``shown`` as of `hawk.algo.vision.decode.vote`."""
-    boxes = vote(maps, cell_m, shown, VEHICLE_RULES)
+    """Return the vehicles that the maps show; ``cell_m`` and ``shown`` as of `hawk.algo.vision.decode.vote`, in cells
+    of `hawk.algo.vision.network.NetworkMaps`.
+    """
+    step = VEHICLE_CELLS
+    boxes = vote(maps, step * cell_m, None if shown is None else shown[::step, ::step], VEHICLE_RULES)
     if not len(boxes):
         return Vehicles(boxes, np.zeros(0), np.zeros(0))
     said = sample(maps.kinds, sample_points(boxes)).mean(axis=-1)
+    column, row = (step * each + (step - 1) / 2 for each in (boxes.column, boxes.row))
+    boxes = replace(boxes, column=column, row=row, width=step * boxes.width, length=step * boxes.length)
     return Vehicles(boxes, probability_of(boxes.score), said.argmax(axis=0).astype(np.float64))
 
 

@@ -8,14 +8,14 @@ that this client has not received yet.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Annotated, Literal, Protocol, Self
 
 from pydantic import Field, WithJsonSchema
 
 from hawk.comm.protocol.base import Command, Finite, Known, Model, Outgoing, Spoken, Words
-from hawk.model.known_lot import PlanOffer
+from hawk.model.known_lot import FlownSection, PlanOffer
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.plans import LeftOut
 from hawk.model.poses import MapPoint
@@ -181,6 +181,42 @@ class OutlineSetup(Spoken):
     """Of the whole, also outside the fence, square metres."""
     again: tuple[str, ...] = ()
     """Ids of the known lots that are surveyed again, whose ground it is; empty for any other area."""
+
+
+class SectionUpdate(Outgoing):
+    """A changed section of the known lot that is flown over, with the vehicles counted in it so far."""
+
+    id: str
+    name: str
+    outline: list[Point]
+    capacity: int | None
+    """Places; null where nobody says how many."""
+    parked: int | None = None
+    """Vehicles; null, as the next five, while next to nothing of the section was seen."""
+    least: int | None = None
+    most: int | None = None
+    """Least and greatest number, which hold the true one in nine sections of ten."""
+    room: int | None = None
+    """Vehicles that fit into the gaps; null also where too much is hidden, or nobody says how vehicles stand."""
+    seen_share: Finite | None = None
+    """Share of its ground that was seen, 0 to 1."""
+    hidden_share: Finite | None = None
+    """Share of its ground that was seen without a known state, 0 to 1."""
+
+    @classmethod
+    def of(cls, section: FlownSection) -> SectionUpdate:
+        """Return the message's form."""
+        outline = [Point(north=north, east=east) for north, east in section.outline]
+        counted = {} if section.count is None else asdict(section.count)
+        return cls(id=section.id, name=section.name, outline=outline, capacity=section.capacity, **counted)
+
+
+class SectionsUpdate(Outgoing):
+    """Changes of the sections for one client; the rest comes with later heartbeats."""
+
+    changed: list[SectionUpdate]
+    removed: list[str]
+    """Ids of sections that are no more."""
 
 
 # -- parts of the status, the same for every client -------------------------------------------------------------------
@@ -482,6 +518,8 @@ class ClientHeartbeat(Outgoing):
     """The fence that the next Arm puts in force; null when it has not changed."""
     outline_setup: OutlineSetup | None
     """The area that Explore is to survey; null when it has not changed."""
+    sections: SectionsUpdate | None
+    """Sections of the known lot that is flown over; null when none has changed."""
     controller: str | None
     """Session that has control."""
     controller_lost: bool

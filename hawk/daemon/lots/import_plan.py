@@ -152,6 +152,8 @@ def _shown(found: Preview) -> None:
             print(f"  {title}: {each.name}: {each.reason}")
         if count > _SHOWN:
             print(f"  {title}: {count - min(_SHOWN, len(named))} more")
+    for words in shown.notes:
+        print(f"  assumed: {words}")
     for layer in shown.layers:
         print(f"  layer {layer.name}: {layer.outlines} outlines")
 

@@ -102,6 +102,11 @@ class KnownLotFollower:
         self._woken = asyncio.Event()
         self.current: tuple[KnownLot, ...] = ()
 
+    @property
+    def lots(self) -> tuple[str, ...]:
+        """Ids of the lots that are flown over, also of those without stalls."""
+        return tuple(_lots(self._flown))
+
     def wake(self) -> None:
         """Look now: a lot that the page lists can be surveyed again at once."""
         self._woken.set()

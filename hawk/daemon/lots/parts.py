@@ -12,6 +12,7 @@ from typing import Self
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.config.sections import Config, FenceSettings
+from hawk.daemon.lots.flown_sections import SectionCounter
 from hawk.daemon.lots.keeper import LotKeeper, find_stalls
 from hawk.daemon.lots.known_lot import KnownLotFollower
 from hawk.daemon.lots.schedule import Schedule, due_lots
@@ -21,6 +22,7 @@ from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.survey.landing import LandingFacts
+from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Level, StateName
 from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
@@ -36,6 +38,7 @@ class LotParts:
     keeper: LotKeeper
     known: KnownLotFollower
     tours: TourKeeper
+    sections: SectionCounter
     webhooks: WebhookSender
     documents: DocumentSender
     schedule: Schedule
@@ -49,23 +52,25 @@ class LotParts:
         survey: Callable[[], str],
         add_message: Callable[[Level, str, str], object],
         around: Surroundings,
+        occupancy: Callable[[], OccupancyMap | None],
         *,
         is_restored: bool,
     ) -> Self:
-        """Make them; arguments as those of `LotKeeper`, `KnownLotFollower` and `TourKeeper`."""
+        """Make them; arguments as those of `LotKeeper`, `KnownLotFollower`, `TourKeeper` and `SectionCounter`."""
         store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
         tours = TourKeeper(around)
         is_due = partial(due_lots, config.schedule, time.time)
         known = KnownLotFollower(store, datum, survey, add_message, tours=tours, due=is_due)
+        sections = SectionCounter(store, lambda: known.lots, datum, occupancy)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored, stored=known.wake)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
         documents = DocumentSender(store, config.collect, time.time, lambda: keeper.is_armed, add_message)
         schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)
-        return cls(store, keeper, known, tours, webhooks, documents, schedule)
+        return cls(store, keeper, known, tours, sections, webhooks, documents, schedule)
 
     def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
         """Return what runs until the end, by its name."""
-        keeping = (("lot-keeper", self.keeper.run), ("known-lot", self.known.run))
+        keeping = (("lot-keeper", self.keeper.run), ("known-lot", self.known.run), ("sections", self.sections.run))
         sending = (("webhooks", self.webhooks.run), ("collect", self.documents.run))
         return (*keeping, *sending, ("schedule", self.schedule.run))
 

@@ -50,7 +50,7 @@ class Reserve:
     """Percent a second, as the other figures count it."""
 
     def lasts_beyond(self, out_s: float, back_s: float) -> bool:
-        """Return True when the charge lasts for a flight away (``out_s``, seconds), back here (``back_s``), and home."""
+        """Return True when the charge lasts for ``out_s`` seconds away, ``back_s`` back here, and the flight home."""
         return self.percentage - self.drain * (out_s + SAFETY_FACTOR * back_s) > self.needed
 
     @property

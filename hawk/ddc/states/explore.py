@@ -278,4 +278,4 @@ class AutonomousExploreState(AirborneState):
         if away < NEWS_M:
             return ()
         where = direction(target.north - pose.north, target.east - pose.east)
-        return (Log("info", say("Next: to the {where}, {away} away.", where=where, apath=metres(away))),)
+        return (Log("info", say("Next: to the {where}, {away} away.", where=where, away=metres(away))),)

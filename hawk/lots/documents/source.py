@@ -32,7 +32,8 @@ from hawk.lots.schema import (
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.storage.states import LOT_STATE, SURVEY_STATE
 from hawk.lots.survey.order import newest_first
-from hawk.lots.values import LotStoreError, NotFoundError, unpack_stalls
+from hawk.lots.tables import unpack_stalls
+from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.lot_map import TileKey
 from hawk.model.plans import Outline
 

@@ -70,6 +70,7 @@ def unpacked(data: bytes) -> PlanFile:
             "datum": None if datum is None else (datum[0], datum[1]),
             "layers": tuple((str(name), int(count)) for name, count in facts["layers"]),
             "left_out": tuple(LeftOut(*each) for each in facts["left_out"]),
+            "assumed": tuple(facts["assumed"]),
         }
     )
 
@@ -79,4 +80,4 @@ def _section(said: dict[str, Any]) -> FileSection:
     return FileSection(said["name"], ring, said["length_m"], SectionFacts(**said["facts"]))
 
 
-_FACTS: Final = ("format", "crs", "datum", "origin", "metres", "layers", "left_out_count", "accuracy")
+_FACTS: Final = ("format", "crs", "datum", "origin", "metres", "layers", "left_out_count", "accuracy", "assumed")

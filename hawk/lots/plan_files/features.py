@@ -44,9 +44,8 @@ class FeatureReader:
     def drawing(self, form: str, crs: str, layers: tuple[tuple[str, int], ...] = ()) -> Drawing:
         """Return the drawing of all features; ``form``: the format's name."""
         if self._roads.without_width:
-            self._notes.add(
-                "roads",
-                f"width: is missing of {self._roads.without_width} sides, whose vehicles are taken to stand 1.5 or "
-                "2.4 m off the middle: compare the preview with the picture, or write the width from kerb to kerb",
+            self._notes.assumed.append(
+                f"roads: width: is missing of {self._roads.without_width} sides, whose vehicles are taken to stand 1.5 "
+                "or 2.4 m off the middle: compare the preview with the picture, or write the width from kerb to kerb"
             )
         return Drawing(form, tuple(self.drawn), crs=crs, layers=layers, sections=tuple(self.sections))

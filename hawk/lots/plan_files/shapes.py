@@ -81,7 +81,7 @@ def plan_of(drawing: Drawing, asked: Asked, notes: Notes) -> PlanFile:
         raise LotInputError("file", _nothing(notes, "draw each stall as a closed outline of its own size"))
     return PlanFile(
         drawing.format, tuple(stalls), crs, datum, origin, metres, drawing.layers,
-        tuple(notes.left_out), notes.count, accuracy, sections,
+        tuple(notes.left_out), notes.count, accuracy, sections, tuple(notes.assumed),
     )  # fmt: skip
 
 

@@ -103,10 +103,11 @@ class LeftOut:
 
 @dataclass(slots=True)
 class Notes:
-    """Collects what is left out: the first `MOST_LEFT_OUT` by name, ``count`` of all."""
+    """Collects what is left out, the first `MOST_LEFT_OUT` by name, ``count`` of all, and what is ``assumed``."""
 
     left_out: list[LeftOut] = field(default_factory=list)
     count: int = 0
+    assumed: list[str] = field(default_factory=list)
 
     def add(self, name: str, reason: str) -> None:
         """Note a feature, or something of it, that is left out."""
@@ -165,6 +166,7 @@ class PlanFile:
     With ``datum`` (latitude, longitude) the frame is about that place, north up; without it the frame is that of the
     drawing, about ``origin`` (x, y), a unit of which has ``metres``. ``left_out_count``: of all that ``left_out``
     names some of. ``accuracy``: metres by which the conversion to WGS-84 may err; None where that is not known.
+    ``assumed``: sentences on what the file does not say.
     """
 
     format: str
@@ -178,6 +180,7 @@ class PlanFile:
     left_out_count: int = 0
     accuracy: float | None = None
     sections: tuple[FileSection, ...] = field(default=(), repr=False)
+    assumed: tuple[str, ...] = ()
 
     def places(self) -> Floats:
         """Return the middles of all stalls and the corners of all sections, (N, 2): north, east."""

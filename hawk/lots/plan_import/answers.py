@@ -111,6 +111,7 @@ class PlanPreview(Shown):
     same_sections: Count
     left_out: list[LeftOutFeature]
     left_out_count: Count
+    notes: list[str]
     clashes: list[LeftOutFeature]
     clash_count: Count
     renamed: list[Renamed]

@@ -233,9 +233,5 @@ def _refined(known: Sequence[LayoutStall], found: Sequence[Detection], move: Mov
             return move
         before = np.array([here[number] for number in same])
         after = np.array([there[known_id] for known_id in same.values()])
-        one, other = before - before.mean(axis=0), after - after.mean(axis=0)
-        crossed = float((one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum())
-        turn = math.atan2(crossed, float((one * other).sum()))
-        north, east = (after.mean(axis=0) - Move(turn=turn).of(before.mean(axis=0)[None])[0]).tolist()
-        move = Move(north, east, turn)
+        move = Move.nearest(before, after)
     return move

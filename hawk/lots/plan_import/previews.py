@@ -121,6 +121,7 @@ def shown_preview(found: Preview, token: str) -> PlanPreview:
         end=[EndingShape(**_shape(stall), id=stall.id) for stall in draft.ended],
         left_out=_named([*found.matched.left_out, *plan.left_out]),
         left_out_count=plan.left_out_count + len(found.matched.left_out),
+        notes=[*plan.assumed],
         clashes=_named(found.matched.clashes),
         clash_count=len(found.matched.clashes),
         renamed=[Renamed(label=old, to=new) for old, new in found.matched.renamed[:MOST_LEFT_OUT]],

@@ -51,6 +51,15 @@ class Move:
         """Return the move that the row of a placed survey keeps."""
         return cls(row["north"], row["east"], row["turn"])
 
+    @classmethod
+    def nearest(cls, here: Floats, there: Floats) -> Move:
+        """Return the move that brings places nearest to others, both (N, 2): least squares; N is at least 1."""
+        one, other = here - here.mean(axis=0), there - there.mean(axis=0)
+        crossed = float((one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]).sum())
+        turn = math.atan2(crossed, float((one * other).sum()))
+        north, east = (there.mean(axis=0) - cls(turn=turn).of(here.mean(axis=0)[None])[0]).tolist()
+        return cls(north, east, turn)
+
     def of(self, places: Floats) -> Floats:
         """Return places (N, 2) of (north, east) after the move."""
         cosine, sine = math.cos(self.turn), math.sin(self.turn)

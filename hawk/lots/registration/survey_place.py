@@ -23,6 +23,7 @@ from hawk.lots.plan.values import shapes_of
 from hawk.lots.registration.frames import Floats, Move, frame_of, frames_of, is_in_place, same_stalls, turned
 from hawk.lots.registration.georeference import ground_about, on_earth
 from hawk.lots.schema import LOT, STALL, SURVEY
+from hawk.lots.tables import unpack_stalls
 from hawk.lots.values import (
     PLACED,
     Detection,
@@ -34,7 +35,6 @@ from hawk.lots.values import (
     PossiblePlace,
     Register,
     Registration,
-    unpack_stalls,
 )
 from hawk.model.plans import Outline
 from hawk.model.sentences import say

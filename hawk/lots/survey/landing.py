@@ -43,7 +43,7 @@ class LandingFacts:
     ``utc``: Unix seconds now. ``flown_s``: real seconds since the last take-off. ``outline``: the area that an
     operator asked for; None without one. ``accuracy``: metres, the receiver's own estimate; None where it gives none.
     ``pictures``: the source of a survey that nobody flew. ``title``: name for a new lot; "": by its number.
-    ``beside``: as of `FinishedSurvey`.
+    ``beside``, ``capacity``: as of `FinishedSurvey`.
     """
 
     name: str
@@ -61,6 +61,7 @@ class LandingFacts:
     pictures: PictureSource | None = None
     title: str = ""
     beside: tuple[Outline, ...] | None = field(default=None, repr=False)
+    capacity: int | None = None
 
     def at(self, seconds: float) -> float:
         """Return a moment of the daemon's clock as UTC, Unix seconds."""
@@ -107,6 +108,7 @@ def finished(landed: LandingFacts) -> FinishedSurvey:
         title=landed.title,
         beside=landed.beside,
         vehicles=_vehicles(landed),
+        capacity=landed.capacity,
     )
 
 

@@ -12,6 +12,7 @@ from typing import Final, Literal
 import numpy as np
 import shapely
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from hawk.lots.plan import geometry
 from hawk.lots.plan.sections import PLACES_M, axis_of
@@ -29,8 +30,39 @@ AREA_OF_PLACE_M2: Final = 12.5
 """Ground of one place where nobody says a capacity: a stall of 2.5 by 5 m."""
 _FAR: Final = 8.0
 """Standard deviations beyond which numbers of misses are left out."""
+LEAST_SEEN: Final = 0.05
+"""Share of a section below which a survey did not look at it: the edge of a flight."""
 
 Source = Literal["vehicles", "stalls"]
+
+
+@dataclass(frozen=True, slots=True)
+class SeenGround:
+    """Vehicles and ground that a survey saw, in its lot's frame.
+
+    ``shapes`` (V, 5): vehicles, or taken stalls, by ``source``; ``probabilities`` and ``moments`` (V,) of each, the
+    latter seconds. ``unknown`` (U, 5): stalls whose state is not known.
+    """
+
+    source: Source
+    shapes: Floats = field(repr=False)
+    probabilities: Floats = field(repr=False)
+    moments: Floats = field(repr=False)
+    unknown: Floats = field(repr=False)
+    ground: BaseGeometry = field(repr=False)
+
+    def sight_of(self, section: PlanSection) -> Sight | None:
+        """Return the sight at a section with a valid ring; None where next to nothing of it was seen."""
+        area = shapely.Polygon(section.outline)
+        seen_part = shapely.intersection(area, self.ground)
+        seen_share = float(seen_part.area / area.area)
+        if seen_share < LEAST_SEEN:
+            return None
+        hidden = shapely.union_all(geometry.polygons(self.unknown)) if len(self.unknown) else shapely.Polygon()
+        hidden_share = float(shapely.intersection(seen_part, hidden).area / area.area)
+        is_in = np.array(geometry.within(section.outline, self.shapes[:, :2]), np.bool_)
+        looked_at = float(self.moments[is_in].max()) if is_in.any() else None
+        return Sight(self.source, self.shapes[is_in], self.probabilities[is_in], hidden_share, seen_share, looked_at)
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +71,7 @@ class Sight:
 
     ``shapes`` (V, 5): those of the vehicles, or taken stalls, whose middle is in it; ``probabilities`` (V,): that each
     is one. ``hidden_share``: share of the section's ground whose state is not known, though it was seen;
-    ``seen_share``: share that was seen at all.
+    ``seen_share``: share that was seen at all. ``looked_at``: last look at one of them, seconds; None without one.
     """
 
     source: Source
@@ -47,6 +79,7 @@ class Sight:
     probabilities: Floats = field(repr=False)
     hidden_share: float
     seen_share: float
+    looked_at: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

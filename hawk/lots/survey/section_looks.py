@@ -10,16 +10,14 @@ import json
 import logging
 from collections import defaultdict
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from typing import Any, Final
 
 import numpy as np
 import shapely
-from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, Row, RowMapping, delete, insert, select
 
 from hawk.lots.outlines import outline_of, unpack_outline
-from hawk.lots.plan import geometry
 from hawk.lots.plan.queries import in_plan, sections_of
 from hawk.lots.plan.values import Floats, LayoutSection, shapes_of
 from hawk.lots.registration.frames import Move, frame_of
@@ -28,12 +26,11 @@ from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.rows import is_among
 from hawk.lots.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
-from hawk.lots.survey.section_counts import Sight, Source, count_of
-from hawk.lots.values import PLACED, LotStoreError, Placed, unpack_stalls, unpack_vehicles
+from hawk.lots.survey.section_counts import SeenGround, Source, count_of
+from hawk.lots.tables import unpack_stalls, unpack_vehicles
+from hawk.lots.values import PLACED, LotStoreError, Placed
 from hawk.model.lot_map import StallState
 
-LEAST_SEEN: Final = 0.05
-"""Share of a section below which a survey did not look at it: the edge of a flight."""
 _READ: Final = (
     "seq", "lot", "placed", "latitude", "longitude", "north", "east", "turn", "ended", "outline", "seen_ground",
     "stalls", "vehicles",
@@ -43,20 +40,6 @@ _TOUCHED: Final = select(*(SECTION.c[name] for name in ("id", "lot", "ends", "ou
     is_among(SECTION.c.key)
 )
 _LOG = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    """Sight of a survey, in its lot's frame: vehicles or taken stalls with their probabilities and moments, unknown
-    stalls, and the ground.
-    """
-
-    source: Source
-    shapes: Floats = field(repr=False)
-    probabilities: Floats = field(repr=False)
-    moments: Floats = field(repr=False)
-    unknown: Floats = field(repr=False)
-    ground: BaseGeometry = field(repr=False)
 
 
 def renew(connection: Connection, surveys: Collection[int] = (), sections: Collection[int] = ()) -> None:
@@ -130,7 +113,7 @@ def move_of_survey(connection: Connection, row: Mapping[str, Any] | RowMapping) 
     return frame_of(datum_of(connection, row["lot"]), (row["latitude"], row["longitude"]))
 
 
-def _seen(row: RowMapping, move: Move) -> _Seen:
+def _seen(row: RowMapping, move: Move) -> SeenGround:
     """Return what a survey saw. Raises LotStoreError."""
     stalls, vehicles = unpack_stalls(row["stalls"]), unpack_vehicles(row["vehicles"])
     taken = [each for each in stalls if each.state is StallState.TAKEN]
@@ -146,7 +129,7 @@ def _seen(row: RowMapping, move: Move) -> _Seen:
     values = np.array(found, np.float64).reshape(-1, 2)
     source: Source = "stalls" if vehicles is None else "vehicles"
     unsure = moved_shapes(shapes_of(unknown), move)
-    return _Seen(source, moved_shapes(shapes, move), values[:, 0], values[:, 1], unsure, ground)
+    return SeenGround(source, moved_shapes(shapes, move), values[:, 0], values[:, 1], unsure, ground)
 
 
 def moved_shapes(shapes: Floats, move: Move) -> Floats:
@@ -157,18 +140,12 @@ def moved_shapes(shapes: Floats, move: Move) -> Floats:
     return found
 
 
-def _look(row: RowMapping, seen: _Seen, section: LayoutSection) -> dict[str, Any] | None:
+def _look(row: RowMapping, seen: SeenGround, section: LayoutSection) -> dict[str, Any] | None:
     """Return the row of a survey's look at a section; None where it saw next to nothing of it."""
-    area = shapely.Polygon(section.outline)
-    seen_part = shapely.intersection(area, seen.ground)
-    seen_share = float(seen_part.area / area.area)
-    if seen_share < LEAST_SEEN:
+    sight = seen.sight_of(section)
+    if sight is None:
         return None
-    hidden = shapely.union_all(geometry.polygons(seen.unknown)) if len(seen.unknown) else shapely.Polygon()
-    hidden_share = float(shapely.intersection(seen_part, hidden).area / area.area)
-    is_in = np.array(geometry.within(section.outline, seen.shapes[:, :2]), np.bool_)
-    sight = Sight(seen.source, seen.shapes[is_in], seen.probabilities[is_in], hidden_share, seen_share)
-    shares = {"hidden_share": round(hidden_share, 4), "seen_share": round(seen_share, 4)}
-    looked_at = float(seen.moments[is_in].max()) if is_in.any() else float(row["ended"])
-    named = {"survey": row["seq"], "section": section.id, "looked_at": looked_at, "source": seen.source}
+    shares = {"hidden_share": round(sight.hidden_share, 4), "seen_share": round(sight.seen_share, 4)}
+    looked_at = float(row["ended"]) if sight.looked_at is None else sight.looked_at
+    named = {"survey": row["seq"], "section": section.id, "looked_at": looked_at, "source": sight.source}
     return {**named, **asdict(count_of(section, sight)), **shares}

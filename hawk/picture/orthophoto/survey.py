@@ -164,7 +164,8 @@ def survey_of(
     vehicles = None if stalls.vehicles is None else _vehicles_on_map(stalls.vehicles, source.grid, origin)
     current = OccupancyMap(tiles, mosaic, _on_map(stalls, on_earth), version=1, map_id=ids[1], vehicles=vehicles)
     landed = replace(_landed(source, provenance, origin, current, program), pictures=provenance.source(limits))
-    landed = replace(landed, outline=lots if lots.polygons else None)
+    capacity = outline.lots[0].facts.capacity if outline is not None and len(outline.lots) == 1 else None
+    landed = replace(landed, outline=lots if lots.polygons else None, capacity=capacity)
     exported = export_survey(landed, ids, lots, _exported(stalls, on_earth, landed.utc))
     return PictureSurvey(exported, landed, ground, seen_m2, source.crs, findings.left_out, source.notes)
 

@@ -27,7 +27,7 @@ from pydantic_core import to_json
 
 from hawk.lots.answers import SpokenSentence
 from hawk.lots.store import LotStore
-from hawk.lots.values import LotInputError, NotFoundError
+from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
 from hawk.model.sentences import parts_of
 from hawk.runtime.late import late_functions
 from hawk.store.recordings import NotThatRecordingError
@@ -42,8 +42,10 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from hawk.lots.storage import database
+    from hawk.lots.survey import observations
 else:
     database = late_functions("hawk.lots.storage.database")
+    observations = late_functions("hawk.lots.survey.observations")
 
 _LOG = logging.getLogger(__name__)
 
@@ -53,6 +55,8 @@ GEOJSON: Final = "application/geo+json"
 OPENAPI: Final = "application/vnd.oai.openapi+json;version=3.1"
 ANSWER_S: Final = 30.0
 """Real seconds after which a request that the store has not answered is given up."""
+_AT_ONCE: Final = 20
+"""Surveys whose looks are put in one piece in one transaction: 0.1 s, after which a flight's survey may be stored."""
 LEAST_PACKED_BYTES: Final = 1000
 """Shorter answers are one packet of the network in any case."""
 _LEVEL: Final = 4
@@ -358,3 +362,15 @@ def _response(request: web.Request, packed: _Packed) -> web.Response:
     if packed.is_packed:
         response.headers[hdrs.CONTENT_ENCODING] = "gzip"
     return response
+
+
+async def keep_missing_looks(store: LotStore, asked: Request[Any]) -> None:
+    """Put the looks of a lot's archive in one piece a survey, once.
+
+    A store of a newer version is only read: each question then takes longer.
+    """
+    found = await store.read(lambda connection: observations.missing_looks(connection, asked.id))
+    with contextlib.suppress(LotStoreError):
+        for first in range(0, len(found), _AT_ONCE):
+            some = found[first : first + _AT_ONCE]
+            await store.write(lambda connection, some=some: observations.keep_looks(connection, some))  # type: ignore[misc]

@@ -21,8 +21,7 @@ from hawk.report.options import CONTENT_TYPES, Form, Kind
 from hawk.runtime.late import late_functions
 from hawk.web.downloads import is_on_ground
 from hawk.web.services import SERVICES
-from hawk.web.v1.answers import Answer, LotOf, answered, made, opened, request_of
-from hawk.web.v1.looks import keep_missing_looks
+from hawk.web.v1.answers import Answer, LotOf, answered, keep_missing_looks, made, opened, request_of
 from hawk.web.v1.parameters import ReportQuery
 from hawk.web.v1.refusals import RefusedError
 

@@ -20,13 +20,12 @@ from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
 from hawk.web.v1 import bodies, documents, due, exports, films, links, parameters, plan_files, recordings, reports
-from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, reader
+from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, keep_missing_looks, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
 from hawk.web.v1.features import answers as shapes
 from hawk.web.v1.features import parameters as forms
 from hawk.web.v1.features.parameters import ROOT as FEATURES_ROOT
-from hawk.web.v1.looks import keep_missing_looks
 from hawk.web.v1.operations import Operation
 from hawk.web.v1.parameters import Query
 

@@ -9,6 +9,7 @@ import pytest
 from benchmarks import collect
 
 
+@pytest.mark.slow
 async def test_every_document_is_taken_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in (("STALLS", 40), ("DRONES", 2), ("SURVEYS", 2)):
         monkeypatch.setattr(collect, name, value)

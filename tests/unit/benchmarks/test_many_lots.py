@@ -2,11 +2,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 from benchmarks.many_lots import figures, fill, measure
 from hawk.lots import lists
 from hawk.lots.storage.database import Database
 
 
+@pytest.mark.slow
 def test_every_lot_of_a_drawn_store_is_whole_and_listed(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     fill(path, lots=5, surveys=2)

@@ -42,6 +42,7 @@ def test_all_registered_surveys_go_into_one_geopackage(
     assert sorted(found) == sorted((each, 60) for each in (stored.first.survey, second.survey))
 
 
+@pytest.mark.slow
 def test_all_surveys_fit_into_no_other_file(stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(stored, tmp_path, "--out", str(tmp_path / "lot.csv"), "--survey", "all") == 2
     assert "--out: lot.csv holds one survey; several go into a .gpkg" in capsys.readouterr().err
@@ -56,6 +57,7 @@ def test_a_feed_is_printed(
     assert key in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [
@@ -83,6 +85,7 @@ def test_an_option_that_a_feed_does_not_use_is_refused(
     assert reason in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [

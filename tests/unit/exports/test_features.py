@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 import shapely
 
-from hawk.exports.answers import Geometry
 from hawk.exports.features import Box, _grounds
+from hawk.lots.answers import Geometry
 from hawk.lots.outlines import outline_json
 from hawk.model.plans import Outline
 

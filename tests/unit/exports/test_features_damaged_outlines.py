@@ -155,6 +155,7 @@ def test_a_change_that_would_write_over_a_damaged_outline_is_refused(zoned: Stor
         assert {*connection.execute(select(LOT.c.outline)).scalars()} == {CUT}
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a value in the store of lots that cannot be: a probability of 1.5, a state or a kind of no name",
     "its item is passed over, and the log says it; the list goes on; by its id it is refused in words",

@@ -46,6 +46,7 @@ def _surveys(stored: Stored) -> list[str]:
         return [str(each) for (each,) in connection.exec_driver_sql("SELECT id FROM survey").all()]
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a section's ring is damaged on the disk", "map programs get the other sections")
 def test_a_damaged_section_is_passed_over(stored: Stored) -> None:
     stored.edit({**KERB, "name": "Row A"}, FAR)

@@ -45,6 +45,7 @@ def test_a_turned_survey_is_turned_back_onto_the_lot(stored: Stored) -> None:
     assert ground.seen.min() == 0, "its corners are not seen"
 
 
+@pytest.mark.slow
 def test_without_a_picture_there_is_ground_about_the_stalls(stored: Stored) -> None:
     survey = stored.read()
     ground = ground_of(survey, {}, Move())
@@ -55,6 +56,7 @@ def test_without_a_picture_there_is_ground_about_the_stalls(stored: Stored) -> N
     assert (at.max(axis=0) <= np.array(ground.seen.shape[::-1]) - 39).all()
 
 
+@pytest.mark.slow
 def test_nothing_to_draw_and_a_broken_picture_are_refused(stored: Stored) -> None:
     survey = stored.read()
     with pytest.raises(LotStoreError, match="has neither a picture nor a stall"):

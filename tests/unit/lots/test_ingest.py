@@ -23,6 +23,7 @@ from hawk.lots.plan.values import LayoutStall
 from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.source import PictureSource, SourceKind
+from hawk.lots.tables import pack_stalls, unpack_stalls
 from hawk.lots.values import (
     Detection,
     Doubtful,
@@ -34,8 +35,6 @@ from hawk.lots.values import (
     Register,
     Registration,
     Saved,
-    pack_stalls,
-    unpack_stalls,
     utc,
 )
 from hawk.model.lot_map import StallState
@@ -289,6 +288,7 @@ def test_two_lots_that_overlap_the_flight_are_a_question_and_a_near_one_is_too(s
     assert len(rows(store, LOT)) == 2
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a survey that found nothing is stored",
     "stored without a lot",

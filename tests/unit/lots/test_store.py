@@ -143,6 +143,7 @@ async def test_too_many_reads_are_refused_and_a_save_is_not(tmp_path: Path) -> N
     await store.close()
 
 
+@pytest.mark.slow
 async def test_a_read_that_waited_too_long_for_others_is_refused(tmp_path: Path) -> None:
     store = LotStore(tmp_path / "lots.db")
     await store.open()

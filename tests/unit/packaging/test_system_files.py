@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import re
+import shlex
+import subprocess
 from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 
+from hawk.cli import make_parser
+from hawk.daemon.announcement import ADDRESS_FILE
 from hawk.versions.folder import READY
+from hawk.versions.switch import DESK_UNIT
+from hawk.versions.switch import UNIT as DRONE_UNIT
+from hawk.web.access.access import LOGIN_FILE
+from hawk.web.access.tls import CERTIFICATE_FILE, KEY_FILE
+from hawk.web.access.tokens import SECRET_FILE, TOKEN_FILE
 
 ROOT = Path(__file__).parents[3]
+UNITS = sorted((ROOT / "packaging" / "systemd").glob("*.service"))
 RULES = (ROOT / "packaging" / "udev" / "hawk-drone.rules").read_text("utf-8")
 TOKEN = re.compile(r'(?P<key>[A-Z]+(?:\{\w+\})?)(?P<operator>==|\+=|=)"(?P<value>[^"]*)"(?:, )?')
 AUTOPILOT = {
@@ -106,12 +116,92 @@ def test_the_package_depends_on_the_python_of_its_environment() -> None:
     assert "--python $(DEB_PYTHON)" in rules
 
 
-def test_a_purge_takes_every_secret_that_the_daemon_keeps() -> None:
-    from hawk.daemon.announcement import ADDRESS_FILE
-    from hawk.web.access.access import LOGIN_FILE
-    from hawk.web.access.tls import CERTIFICATE_FILE, KEY_FILE
-    from hawk.web.access.tokens import SECRET_FILE, TOKEN_FILE
+@pytest.mark.parametrize("name", ["hawk-drone.postrm", "hawk-drone.prerm"])
+def test_a_script_of_the_package_is_one_of_the_shell(name: str) -> None:
+    subprocess.run(["sh", "-n", str(ROOT / "debian" / name)], check=True)
 
-    script = (ROOT / "debian" / "hawk-drone.postrm").read_text("utf-8")
-    for name in (LOGIN_FILE, CERTIFICATE_FILE, KEY_FILE, ADDRESS_FILE, SECRET_FILE, TOKEN_FILE):
-        assert f"/var/lib/hawk/{name}" in script, name
+
+def test_a_purge_takes_every_secret_of_daemon_and_desk_and_no_survey(tmp_path: Path) -> None:
+    secrets = (LOGIN_FILE, CERTIFICATE_FILE, KEY_FILE, ADDRESS_FILE, SECRET_FILE, TOKEN_FILE)
+    stores = [tmp_path / "hawk", tmp_path / "hawk-desk"]
+    for store in stores:
+        store.mkdir()
+        for name in (*secrets, "lots.db"):
+            (store / name).write_text("")
+    (stores[0] / "lots.db").unlink()  # an empty store goes
+    script = (ROOT / "debian" / "hawk-drone.postrm").read_text("utf-8").replace("/var/lib/", f"{tmp_path}/")
+    printed = subprocess.run(
+        ["sh", "-s", "purge"], input=script.replace("/etc/hawk", str(tmp_path / "none")),
+        capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    assert [path.relative_to(tmp_path).as_posix() for path in sorted(tmp_path.rglob("*"))] == [
+        "hawk-desk",
+        "hawk-desk/lots.db",
+    ]
+    assert printed == f"hawk-drone: surveys and recordings stay in {stores[1]}; remove them by hand\n"
+
+
+# -- units ------------------------------------------------------------------------------------------------------------
+
+
+def unit(name: str) -> dict[str, str]:
+    """Return the assignments of a unit by their key, continued lines joined; of several the last."""
+    text = (ROOT / "packaging" / "systemd" / name).read_text("utf-8").replace("\\\n", "")
+    return dict(line.split("=", 1) for line in text.splitlines() if "=" in line and not line.startswith("#"))
+
+
+@pytest.mark.parametrize("path", UNITS, ids=lambda path: path.name)
+def test_the_package_installs_every_unit_and_starts_none(path: Path) -> None:
+    name = path.stem
+    link = ROOT / "debian" / ("hawk-drone.service" if name == "hawk-drone" else f"hawk-drone.{name}.service")
+    assert link.resolve() == path
+    rules = (ROOT / "debian" / "rules").read_text("utf-8").splitlines()
+    chosen = "" if name == "hawk-drone" else f"--name={name} "
+    assert f"\tdh_installsystemd {chosen}--no-enable --no-start --no-stop-on-upgrade" in rules
+    assert path.name in (ROOT / "debian" / "hawk-drone.prerm").read_text("utf-8")
+
+
+@pytest.mark.parametrize("path", UNITS, ids=lambda path: path.name)
+def test_the_command_of_a_unit_is_one_of_the_program(path: Path, tmp_path: Path) -> None:
+    program, *words = unit(path.name)["ExecStart"].replace("/srv/hawk-inbox", str(tmp_path)).split()
+    assert program.endswith("/bin/hawk-drone")
+    options = make_parser().parse_args(["run", *words] if words[0].startswith("-") else words)
+    if path.name == DESK_UNIT:
+        assert options.collect
+        assert str(options.config) == unit(path.name)["AssertPathExists"]
+    if path.name == "hawk-inbox.service":
+        assert unit(path.name)["AssertPathExists"] == program
+        assert str(options.store) == f"/var/lib/{unit(DESK_UNIT)['StateDirectory']}"
+
+
+def test_a_desk_has_a_store_of_its_own_and_no_device() -> None:
+    desk, drone = unit(DESK_UNIT), unit(DRONE_UNIT)
+    store = f"/var/lib/{desk['StateDirectory']}"
+    assert desk["StateDirectory"] != drone["StateDirectory"]
+    assert f"HAWK_STORE__DIRECTORY={store} " in desk["Environment"]
+    assert f"d {store} 0750 hawk hawk -" in (ROOT / "packaging/systemd/hawk-drone.tmpfiles").read_text("utf-8")
+    assert (desk["PrivateDevices"], "DeviceAllow" in desk, "SupplementaryGroups" in desk) == ("yes", False, False)
+    assert "Conflicts" not in desk, "it would end a flight"
+
+
+@pytest.mark.parametrize(
+    ("enabled", "state", "starts"),
+    [
+        (1, "inactive", True),
+        (1, "failed", True),
+        (1, "active", False),
+        (1, "activating", False),  # between two starts, in the air too
+        (0, "inactive", False),
+    ],
+)
+def test_a_desk_does_not_start_on_the_computer_of_a_drone(
+    tmp_path: Path, enabled: int, state: str, starts: bool
+) -> None:
+    program = tmp_path / "systemctl"
+    program.write_text(f'#!/bin/sh\ncase "$*" in *is-enabled*) exit {enabled} ;; esac\necho {state}\n')
+    program.chmod(0o755)
+    condition = unit(DESK_UNIT)["ExecCondition"].removeprefix("+").replace("$$", "$")
+    words = shlex.split(condition)
+    done = subprocess.run(words, env={"PATH": f"{tmp_path}:/bin"}, capture_output=True, text=True, check=False)
+    assert (done.returncode == 0) is starts
+    assert ("hawk-drone.service is enabled or runs" in done.stderr) is not starts

@@ -82,6 +82,7 @@ def test_options_that_do_not_fit_are_named(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_source_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["map", str(tmp_path / "none.tif"), "--out", str(tmp_path / "out")]) == 2
     assert "none.tif is not there" in capsys.readouterr().err

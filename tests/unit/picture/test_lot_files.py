@@ -19,7 +19,7 @@ from sqlalchemy import select
 
 from hawk.cli import main
 from hawk.lots.plan_files.crs import to_wgs_84
-from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.schema import LOT, OBSERVATION, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.store import lots_file
 from tests.drawn_worlds import drawn_world
@@ -138,6 +138,15 @@ def test_a_lot_without_stalls_is_a_count_of_vehicles(
     assert found["vehicles_most"] >= 15
     assert "Lane: 0 stalls, free 0, taken 0, unclear 0, 0 vehicles (" in (said := capsys.readouterr().out)
     assert " for 40 places." in said
+    store = tmp_path / "store"
+    report = mapped(picture, out, (lane, EAST), "--store", str(store))
+    assert next(each for each in report["lots"] if each["lot_id"] == "lane")["stored"] == "the first survey of Lane"
+    database = Database(lots_file(store))
+    with database.reading() as connection:
+        asked = select(SECTION.c.name, SECTION.c.capacity, SECTION_LOOK.c.parked)
+        kept = connection.execute(asked.join(SECTION_LOOK, SECTION_LOOK.c.section == SECTION.c.id)).all()
+    database.close()
+    assert kept == [("Lane", 40, 0)]
 
 
 def test_a_stall_belongs_to_the_outline_that_holds_its_middle(counted: Path) -> None:

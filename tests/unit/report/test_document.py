@@ -258,6 +258,7 @@ def test_a_period_ends_now_at_the_latest_and_days_before_it_are_hatched(read: Re
     assert {day.day for day in report.empty} == {1, 2, 3, 10}
 
 
+@pytest.mark.slow
 def test_a_picture_of_noise_is_no_larger_than_it_may_be() -> None:
     noise = np.random.default_rng(1).integers(0, 255, (1600, 1600, 3)).astype(np.uint8)
     assert 0 < len(_jpeg(noise)) <= MOST_BYTES

@@ -120,6 +120,7 @@ def test_a_period_without_surveys_says_so(run: Run) -> None:
     assert "No survey of this period can be used" in out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "words"),
     [

@@ -120,6 +120,7 @@ def over_midnight(store: Database) -> tuple[str, list[str]]:
         return lot, list(connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("in_one_piece", [True, False])
 def test_a_survey_over_midnight_counts_on_the_day_of_its_looks_alone(store: Database, *, in_one_piece: bool) -> None:
     lot, ids = over_midnight(store)
@@ -279,6 +280,7 @@ def test_a_part_of_what_is_kept_is_that_which_is_read_alone(
         np.testing.assert_array_equal(getattr(found, name), getattr(alone, name))
 
 
+@pytest.mark.slow
 def test_stalls_of_other_layouts_are_left_out_of_a_period(store: Database) -> None:
     lot = lot_of(store, seen({1: StallState.TAKEN, 3: StallState.UNKNOWN}), later(seen({2: StallState.TAKEN}), 2))
     with store.writing() as connection:

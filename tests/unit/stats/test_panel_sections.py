@@ -50,6 +50,7 @@ def street(tmp_path_factory: pytest.TempPathFactory) -> Person:
     return Person(store, str(lot))
 
 
+@pytest.mark.slow
 def test_its_surveys_count_by_their_looks_at_sections(street: Person) -> None:
     with street.store.reading() as connection:
         found = queries.surveys_use(connection, street.lot, period_of_lot(connection, street.lot))

@@ -61,6 +61,7 @@ def test_pictures_of_an_earlier_day_are_listed_at_their_date(store: Database) ->
     assert listed[0]["ended"] > listed[1]["ended"]
 
 
+@pytest.mark.slow
 def test_a_survey_that_no_figure_uses_says_why_and_has_no_share(store: Database) -> None:
     lot = lot_of(store, seen({}), later(replace(seen({}), time_is_sure=False), 1))
     with store.writing() as connection:

@@ -74,6 +74,7 @@ def ask(person: Person, **asked: Any) -> AskedUse:
         return queries.ask(connection, person.lot, during, asked_of(**{"sections": ["Elm Street"], **asked}))
 
 
+@pytest.mark.slow
 def test_a_section_is_asked_by_hour_and_weekday(ann: Person) -> None:
     found = ask(ann, weekday="mon", hour="11-12")
     assert (found.unit, found.places, found.stalls) == ("places", 4, 0)

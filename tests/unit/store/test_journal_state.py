@@ -29,6 +29,7 @@ def test_a_torn_tail_is_dropped_and_all_before_it_kept(
     assert lost == len(torn)
 
 
+@pytest.mark.slow
 @given(entries.filter(lambda items: len(items) >= 2), st.data())
 def test_a_damaged_byte_costs_one_record_and_makes_none_up(items: list[tuple[str, bytes]], data: st.DataObject) -> None:
     whole = bytearray(packed(items))

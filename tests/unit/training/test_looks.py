@@ -46,6 +46,7 @@ def test_the_same_seed_gives_the_same_looks() -> None:
     assert not np.array_equal(scene(1, 5).image, scene(1, 6).image)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["asphalt", "concrete", "pavers", "clinker", "grass grid", "gravel"])
 def test_paving_keeps_its_colour(kind: str) -> None:
     material = sample_material(generator(2), kind)

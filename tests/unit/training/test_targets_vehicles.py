@@ -64,6 +64,7 @@ def test_nothing_is_judged_where_nobody_labelled_vehicles_or_ground_is_missing()
     assert not drawn(of(box(60, 60)), known=0)[VEHICLE_WEIGHT].any()
 
 
+@pytest.mark.slow
 def test_drawn_vehicles_lie_where_the_picture_shows_cars() -> None:
     shares = []
     for seed in range(6):

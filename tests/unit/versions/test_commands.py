@@ -151,6 +151,23 @@ def test_an_upgrade_whose_daemon_does_not_start_is_installed_with_a_warning(
     )
 
 
+def test_an_upgrade_restarts_daemon_and_desk_where_they_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+
+    def run_command(command: list[str], **_: object) -> subprocess.CompletedProcess[str]:
+        asked.append(" ".join(command))
+        return subprocess.CompletedProcess(command, 0, "", "")
+
+    monkeypatch.setattr("hawk.versions.switch.systemd_runs", lambda: True)
+    monkeypatch.setattr("hawk.versions.switch.subprocess.run", run_command)
+    installed(tmp_path, "0.1.0")
+    assert asked[-3:] == [
+        "systemctl daemon-reload",
+        "systemctl try-restart hawk-drone.service",
+        "systemctl try-restart hawk-desk.service",
+    ]
+
+
 def test_debian_s_python_runs_it_without_any_other_package(tmp_path: Path) -> None:
     """As the Debian package starts it: isolated, and without the folder of installed packages."""
     code = f"import sys; sys.path.insert(0, {str(ROOT)!r}); from hawk.versions.commands import main; sys.exit(main())"

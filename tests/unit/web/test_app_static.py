@@ -54,6 +54,7 @@ async def test_messages_of_a_language_are_text_and_compressed(built: Rig) -> Non
         assert "Atterrir à la verticale" in await response.text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("accepted", "encoding"),
     [

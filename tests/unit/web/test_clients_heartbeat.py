@@ -24,10 +24,11 @@ from hawk.comm.protocol.heartbeat import (
     SiteStatus,
     StatusStamp,
 )
+from hawk.model.known_lot import FlownCount, FlownSection
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import HealthStatus, StateName, UserError
 from hawk.model.poses import MapPoint
-from hawk.web.clients import LOG_LIMIT, TRAIL_LIMIT, ClientView
+from hawk.web.clients import LOG_LIMIT, SECTION_LIMIT, TRAIL_LIMIT, ClientView
 from hawk.web.sessions import ControlView
 
 CONTROL = ControlView("Operator 1", in_control=True)
@@ -38,6 +39,44 @@ def beat(view: ClientView, status: DroneStatus, current: OccupancyMap | None = N
     Heartbeat.model_validate_json(text)
     found: dict[str, Any] = json.loads(text)
     return found
+
+
+def section(number: int, parked: int | None) -> FlownSection:
+    count = None if parked is None else FlownCount(parked, parked, parked + 2, None, 1.0, 0.0)
+    return FlownSection(f"s{number}", f"Kerb {number}", ((0.0, 0.0), (0.0, 9.0), (2.0, 9.0)), 8, count)
+
+
+def news(view: ClientView, sections: tuple[FlownSection, ...]) -> tuple[list[tuple[str, int | None]], list[str]] | None:
+    found = json.loads(view.heartbeat(DroneStatus(), None, CONTROL, sections))["Sections"]
+    return None if found is None else ([(each["Id"], each["Parked"]) for each in found["Changed"]], found["Removed"])
+
+
+def test_a_section_comes_when_it_is_new_or_counted_otherwise_and_goes_when_it_is_no_more() -> None:
+    view = ClientView()
+    first = (section(1, 3), section(2, None))
+    assert news(view, ()) is None
+    assert news(view, first) == ([("s1", 3), ("s2", None)], [])
+    assert news(view, first) is None
+    assert news(view, (section(1, 3), section(2, 5))) == ([("s2", 5)], [])
+    assert news(view, (section(2, 5),)) == ([], ["s1"])
+    assert news(view, (section(2, 5), section(1, 3))) == ([("s1", 3)], [])
+    assert news(view, ()) == ([], ["s2", "s1"])
+    assert news(view, ()) is None
+
+
+def test_more_sections_than_one_heartbeat_takes_come_with_the_next_ones() -> None:
+    view, sections = ClientView(), tuple(section(number, 1) for number in range(2 * SECTION_LIMIT + 1))
+    sizes = [news(view, sections) for _ in range(4)]
+    assert [each and len(each[0]) for each in sizes] == [SECTION_LIMIT, SECTION_LIMIT, 1, None]
+
+
+def test_a_section_is_sent_with_its_ring_and_its_whole_count() -> None:
+    (sent,) = json.loads(ClientView().heartbeat(DroneStatus(), None, CONTROL, (section(1, 3),)))["Sections"]["Changed"]
+    assert sent == {
+        "Id": "s1", "Name": "Kerb 1", "Capacity": 8, "Parked": 3, "Least": 3, "Most": 5, "Room": None,
+        "Seen Share": 1.0, "Hidden Share": 0.0,
+        "Outline": [{"North": 0.0, "East": 0.0}, {"North": 0.0, "East": 9.0}, {"North": 2.0, "East": 9.0}],
+    }  # fmt: skip
 
 
 def entry(number: int) -> LogEntry:

@@ -363,6 +363,7 @@ async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, conn
         await stuck.socket.close()
 
 
+@pytest.mark.slow
 async def test_a_slow_client_gets_the_newest_heartbeat_when_it_reads_again(rig: Rig, connect: Connect) -> None:
     page = await connect()
     for _ in range(5):

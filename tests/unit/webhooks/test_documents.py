@@ -100,6 +100,7 @@ async def line(tmp_path: Path) -> AsyncIterator[Line]:
     drone.store.close()
 
 
+@pytest.mark.slow
 async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_later(line: Line) -> None:
     first = line.drone.add(survey())
     pictures_of(line.store.path).write(first.survey, {(0, 0): EncodedTile(1, tile())})
@@ -117,6 +118,7 @@ async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_
     assert line.said == []
 
 
+@pytest.mark.slow
 async def test_the_newest_survey_is_sent_first_and_then_the_oldest(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(4)]
     async with running(line.sender()):
@@ -124,6 +126,7 @@ async def test_the_newest_survey_is_sent_first_and_then_the_oldest(line: Line) -
     assert await line.surveys() == [stored[3], *stored[:3]]
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "the program is killed after the desk has taken a survey, before that is noted",
     "the survey is sent again, and the desk answers the same: nothing is doubled",
@@ -150,6 +153,7 @@ async def test_what_was_not_noted_is_sent_again_and_doubles_nothing(
     assert len(await line.surveys()) == 1
 
 
+@pytest.mark.slow
 async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_operator_hears_once(line: Line) -> None:
     for number in range(3):
         line.drone.add(later(survey(seed=number), number + 1, 24.0 * number))
@@ -167,6 +171,7 @@ async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_opera
     assert len(await line.surveys()) == 3
 
 
+@pytest.mark.slow
 async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
     theirs = survey_document.packed(line.drone.document(stored[1]))
@@ -181,6 +186,7 @@ async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) 
     assert await line.waiting() >= 1
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "a survey waits for the desk while the motors are on", "nothing is sent, unless collect.kbit_s allows"
 )
@@ -195,6 +201,7 @@ async def test_nothing_is_sent_while_the_motors_are_on(line: Line) -> None:
     assert len(await line.surveys()) == 1
 
 
+@pytest.mark.slow
 async def test_in_flight_no_more_is_sent_than_the_setting_allows(line: Line) -> None:
     stored = line.drone.add(survey())
     line.is_flown = True
@@ -205,6 +212,7 @@ async def test_in_flight_no_more_is_sent_than_the_setting_allows(line: Line) -> 
     assert time.monotonic() - began > 0.8 * size * 8 / (kbit_s * 1000)
 
 
+@pytest.mark.slow
 async def test_a_wrong_token_and_a_missing_file_are_said_with_the_remedy(line: Line) -> None:
     line.drone.add(survey())
     (line.folder / "token").write_text("guess")
@@ -221,6 +229,7 @@ async def test_a_wrong_token_and_a_missing_file_are_said_with_the_remedy(line: L
     assert await line.surveys() == []
 
 
+@pytest.mark.slow
 async def test_with_a_new_token_all_is_sent_again_to_a_desk_that_lost_its_store(line: Line) -> None:
     line.drone.add(survey())
     times = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.sent.is_not(None))
@@ -236,6 +245,7 @@ async def test_with_a_new_token_all_is_sent_again_to_a_desk_that_lost_its_store(
             await asyncio.sleep(0.01)
 
 
+@pytest.mark.slow
 async def test_a_document_that_cannot_be_made_is_said_and_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(2)]
     damage = SURVEY.update().where(SURVEY.c.id == stored[0]).values(latitude=400.0)

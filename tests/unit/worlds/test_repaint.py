@@ -252,6 +252,7 @@ def test_a_repainted_world_has_the_truth_of_its_layout() -> None:
     assert np.mean([stall.covered < 0.15 for stall in open_ones if not stall.taken]) > 0.9
 
 
+@pytest.mark.slow
 def test_ground_away_from_a_change_stays_as_it_was() -> None:
     one, other = world(0), world(4)
     assert 0.6 < np.mean((one.ground == other.ground).all(2)) < 0.99

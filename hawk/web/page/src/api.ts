@@ -597,6 +597,7 @@ export interface PlanPreview {
   same_sections: number;
   left_out: LeftOutFeature[];
   left_out_count: number;
+  notes: string[];
   clashes: LeftOutFeature[];
   clash_count: number;
   renamed: Renamed[];

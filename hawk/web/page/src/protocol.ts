@@ -306,6 +306,7 @@ export interface Heartbeat {
   "Trail Start": boolean;
   "Fence Setup": FenceSetup | null;
   "Outline Setup": OutlineSetup | null;
+  Sections: SectionsUpdate | null;
   Controller: string | null;
   "Controller Lost": boolean;
   "In Control": boolean;
@@ -483,6 +484,26 @@ export interface RouteAnswer {
   Points: Point[];
   Length: number | null;
   Refused: string | null;
+}
+
+/** A changed section of the known lot that is flown over, with the vehicles counted in it so far. */
+export interface SectionUpdate {
+  Id: string;
+  Name: string;
+  Outline: Point[];
+  Capacity: number | null;
+  Parked: number | null;
+  Least: number | null;
+  Most: number | null;
+  Room: number | null;
+  "Seen Share": number | null;
+  "Hidden Share": number | null;
+}
+
+/** Changes of the sections for one client; the rest comes with later heartbeats. */
+export interface SectionsUpdate {
+  Changed: SectionUpdate[];
+  Removed: string[];
 }
 
 /** A sentence among the texts of a message: a program that has words of its own for the code shows those. */

@@ -58,6 +58,7 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Fence Zone Limits": [],
     "Fence Setup": null,
     "Outline Setup": null,
+    Sections: null,
     "Outline Area": null,
     "Outline Outside": null,
     "Plan Offer": null,
@@ -137,6 +138,7 @@ export function view(changes: Partial<View> = {}): View {
     landedAt: null,
     pictureAge: null,
     units: "metres",
+    sections: [],
     ...changes,
   };
 }

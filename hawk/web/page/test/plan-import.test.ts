@@ -23,6 +23,7 @@ const PREVIEW: Partial<PlanPreview> = {
   same: 4,
   left_out: [{ name: "<b>node 7</b>", reason: "is a point: draw it" }],
   left_out_count: 1,
+  notes: ["roads: width: is missing"],
   clashes: [],
   clash_count: 0,
   layers: [{ name: "STALLS", outlines: 7 }],
@@ -131,6 +132,7 @@ describe("the import of a plan from a file", () => {
   it("says what is refused in one line with its count, above the button that takes the plan, and the list below", async () => {
     const clashes = Array.from({ length: 20 }, (_, number) => ({ name: `features[${number}]`, reason: "label 7: confirmed" }));
     await read(Response.json({ ...PREVIEW, clashes, clash_count: 139, left_out_count: 1 }));
+    assert.match(stage.text, /Assumed: roads: width: is missing/);
     const [lines, list] = [[...stage.part.querySelectorAll(".imported .problem")], stage.find(".imported ul")];
     assert.deepEqual(
       lines.map((line) => line.textContent.trim()),

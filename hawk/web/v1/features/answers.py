@@ -6,8 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hawk.exports.answers import Feature, Geometry
-from hawk.lots.answers import BLURRED, Count, Shown, State, Utc
+from hawk.lots.answers import BLURRED, Count, Feature, Geometry, Shown, State, Utc
 from hawk.lots.plan.values import Id
 
 

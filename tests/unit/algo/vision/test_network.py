@@ -153,6 +153,20 @@ def test_outputs_become_probabilities_cells_and_metres() -> None:
     assert maps.shade[0, 0] == maps.cover[0, 0] == pytest.approx(0.5)
 
 
+def test_vehicles_are_said_once_for_two_by_two_cells_also_of_a_part_of_a_picture() -> None:
+    raw = np.zeros((23, 8, 12), np.float32)
+    coarse = np.arange(24, dtype=np.float32).reshape(4, 6) / 24
+    raw[12], raw[15] = coarse.repeat(2, 0).repeat(2, 1), 0.4
+    maps = maps_from_output(raw)
+    assert maps.vehicles is not None
+    assert maps.vehicles.core == pytest.approx(1 / (1 + np.exp(-coarse)))
+    assert maps.vehicles.offset_column[0, 0] == pytest.approx(2.0)  # 4 cells of the stalls' maps
+    part = maps.part(slice(2, 7), slice(4, 12))
+    assert part.vehicles is not None
+    assert part.core.shape == (5, 8)
+    assert part.vehicles.core == pytest.approx(1 / (1 + np.exp(-coarse[1:4, 2:6])))
+
+
 def test_the_sun_s_input_points_as_shadows_do_and_grows_with_their_length() -> None:
     assert sun_input(np.zeros(2)).tolist() == [0.0, 0.0]
     short, long = sun_input(np.array([0.3, -0.4])), sun_input(np.array([3.0, -4.0]))
@@ -206,7 +220,7 @@ def test_the_parts_of_a_picture_cover_it_once_with_a_margin(side: int) -> None:
     assert all(one[1][1] == two[1][0] for one, two in pairwise(parts))
     for pixels, (first, last) in parts:
         assert pixels.stop - pixels.start <= 576
-        assert pixels.start % 2 == 0
+        assert pixels.start % 4 == 0
         assert pixels.start <= 2 * first < 2 * last <= pixels.stop + 1
         assert pixels.start == 0 or 2 * first - pixels.start >= 30
         assert pixels.stop == side or pixels.stop - 2 * last >= 30

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hawk.algo.vision import quads
 from hawk.algo.vision.detection import GroundImage
-from hawk.algo.vision.network import VEHICLE_KINDS, VehicleMaps
+from hawk.algo.vision.network import VEHICLE_CELLS, VEHICLE_KINDS, VehicleMaps
 from hawk.algo.vision.vehicles import probability_of, vehicles_of
 
 CELL = 0.2
@@ -20,17 +20,21 @@ Box = tuple[float, float, float, float, float, str]
 
 def ideal_maps(boxes: list[Box], hidden: float = 0.0) -> VehicleMaps:
     """Return the output of a perfect network; ``hidden`` is the share of each box, from its tail, that it misses."""
-    shapes = {name: np.zeros(SIZE, np.float32) for name in VehicleMaps.__slots__ if name != "kinds"}
+    size = SIZE[0] // VEHICLE_CELLS, SIZE[1] // VEHICLE_CELLS
+    shapes = {name: np.zeros(size, np.float32) for name in VehicleMaps.__slots__ if name != "kinds"}
     shapes["width"][:], shapes["length"][:] = 1.9, 4.6
-    kinds = np.full((len(VEHICLE_KINDS), *SIZE), -4, np.float32)
-    rows, columns = np.indices(SIZE, dtype=float)
+    kinds = np.full((len(VEHICLE_KINDS), *size), -4, np.float32)
+    rows, columns = np.indices(size, dtype=float) * VEHICLE_CELLS + (VEHICLE_CELLS - 1) / 2
     for column, row, angle, width, length, kind in boxes:
         dx, dy = columns - column, rows - row
         along, across = dx * math.cos(angle) + dy * math.sin(angle), dy * math.cos(angle) - dx * math.sin(angle)
         inside = (np.abs(along) < length * 0.37) & (np.abs(across) < width * 0.37) & (along > (hidden - 0.5) * length)
         shapes["core"][inside] = 0.95
         shapes["sine"][inside], shapes["cosine"][inside] = math.sin(2 * angle), math.cos(2 * angle)
-        shapes["offset_column"][inside], shapes["offset_row"][inside] = -dx[inside], -dy[inside]
+        shapes["offset_column"][inside], shapes["offset_row"][inside] = (
+            -dx[inside] / VEHICLE_CELLS,
+            -dy[inside] / VEHICLE_CELLS,
+        )
         shapes["width"][inside], shapes["length"][inside] = width * CELL, length * CELL
         kinds[VEHICLE_KINDS.index(kind)][inside] = 4
     return VehicleMaps(**shapes, kinds=kinds)

@@ -197,6 +197,7 @@ def test_a_command_whose_needs_are_met_is_possible(command: str) -> None:
     assert WELL.get(command, AIR).reason(command) == ""
 
 
+@pytest.mark.slow
 @sweep(("command", "need"), PAIRS)
 def test_a_need_that_is_not_met_refuses_the_command_with_its_reason(command: str, need: Need) -> None:
     change, reason = UNMET[need]

@@ -57,6 +57,7 @@ def surveys(store: Database) -> list[dict[str, Any]]:
         return whole.surveys(connection)
 
 
+@pytest.mark.slow
 def test_all_documents_make_the_tables_of_the_drone(drone: Drone, centre: Database) -> None:
     for data in drone.sent:
         collected(centre, data)
@@ -126,6 +127,7 @@ def _taken_and_killed(connection: Any, data: bytes) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Drone, centre: Database) -> None:
     answers = [collected(centre, data) for data in drone.sent[:6]]
     before = shown(centre)
@@ -134,6 +136,7 @@ def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Dron
     assert shown(centre) == before
 
 
+@pytest.mark.slow
 def test_an_earlier_state_that_comes_later_changes_nothing(drone: Drone, centre: Database) -> None:
     documents = [survey_document.unpacked(data) for data in drone.sent]
     states = [each for each in documents if each.survey.landing == 1]
@@ -180,6 +183,7 @@ def test_a_plan_of_another_drones_lot_is_left_out_and_the_survey_is_kept(drone: 
     assert len(found["survey"]) == len(before["survey"]) + 1
 
 
+@pytest.mark.slow
 def test_what_was_erased_here_does_not_come_back(drone: Drone, centre: Database) -> None:
     document = survey_document.unpacked(drone.sent[0])
     for named, field in ((document.survey.id, r"survey\.id"), (document.lots[0].id, r"lots\[0\]\.id")):
@@ -191,6 +195,7 @@ def test_what_was_erased_here_does_not_come_back(drone: Drone, centre: Database)
     assert shown(centre)["survey"] == []
 
 
+@pytest.mark.slow
 def test_what_a_person_says_at_the_centre_of_a_plan_stays_and_surveys_go_on(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     first = drone.add(survey())
@@ -220,6 +225,7 @@ def test_what_a_person_says_at_the_centre_of_a_plan_stays_and_surveys_go_on(tmp_
     drone.store.close()
 
 
+@pytest.mark.slow
 def test_a_survey_that_a_person_at_the_centre_deleted_or_moved_stays_so(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     given = [survey(), later(survey(seed=2), 2)]
@@ -245,6 +251,7 @@ def test_a_survey_that_a_person_at_the_centre_deleted_or_moved_stays_so(tmp_path
     drone.store.close()
 
 
+@pytest.mark.slow
 def test_a_new_survey_of_a_lot_that_a_person_at_the_centre_merged_is_registered_in_the_other_one(
     tmp_path: Path, centre: Database
 ) -> None:
@@ -269,6 +276,7 @@ def test_a_new_survey_of_a_lot_that_a_person_at_the_centre_merged_is_registered_
     drone.store.close()
 
 
+@pytest.mark.slow
 def test_counts_of_sections_by_vehicles_stay_though_no_vehicle_is_here(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     first = drone.add(survey())

@@ -27,6 +27,7 @@ def drone(tmp_path: Path) -> Iterator[Drone]:
     made.store.close()
 
 
+@pytest.mark.slow
 def test_a_document_says_what_the_survey_found_and_where_it_lies(drone: Drone) -> None:
     first = drone.add(survey())
     again = drone.add(later(survey(seed=2), 2))
@@ -40,6 +41,7 @@ def test_a_document_says_what_the_survey_found_and_where_it_lies(drone: Drone) -
     assert [(each.row, each.column, each.jpeg) for each in document.mosaic] == [(0, -1, tile())]
 
 
+@pytest.mark.slow
 def test_no_vehicle_is_in_a_document_and_the_counts_of_sections_are(drone: Drone) -> None:
     first = drone.add(survey())
     assert first.lot is not None
@@ -54,6 +56,7 @@ def test_no_vehicle_is_in_a_document_and_the_counts_of_sections_are(drone: Drone
     assert '"car"' not in text
 
 
+@pytest.mark.slow
 def test_a_survey_goes_with_every_lot_that_it_looked_at_and_those_that_became_part_of_them(drone: Drone) -> None:
     for _ in days(drone):
         for document in drone.documents():
@@ -79,6 +82,7 @@ def test_each_change_gives_survey_and_lot_a_higher_state_and_nothing_else_does(d
     assert three.survey.placed == "deleted"
 
 
+@pytest.mark.slow
 def test_a_state_is_sent_until_it_is_received_the_newest_first_and_then_the_oldest(drone: Drone) -> None:
     for number in range(4):
         drone.add(later(survey(seed=number), number + 1, 24.0 * number))
@@ -102,6 +106,7 @@ def test_a_state_is_sent_until_it_is_received_the_newest_first_and_then_the_olde
     assert next_one(NOW + 1e9) is None
 
 
+@pytest.mark.slow
 def test_a_state_is_never_given_up(drone: Drone) -> None:
     drone.add(survey())
     now = NOW
@@ -122,6 +127,7 @@ def test_reports_to_programs_are_no_states(drone: Drone) -> None:
     assert kinds == ["layout", "survey"]
 
 
+@pytest.mark.slow
 def test_a_lot_without_a_survey_of_its_own_goes_with_one_that_looked_at_its_stalls(drone: Drone) -> None:
     for _ in days(drone):
         with drone.store.reading() as connection:
@@ -145,6 +151,7 @@ def test_what_is_not_there_or_damaged_is_refused_with_its_name(drone: Drone) -> 
         drone.document(first.survey)
 
 
+@pytest.mark.slow
 def test_a_restored_store_has_newer_states_than_the_one_before_it(drone: Drone, tmp_path: Path) -> None:
     first = drone.add(survey())
     backup(drone.store.path, tmp_path / "backup.db")

@@ -46,6 +46,7 @@ def test_a_document_of_version_1_is_read_and_says_what_it_said() -> None:
     assert document.mosaic[0].jpeg == tile()
 
 
+@pytest.mark.slow
 def test_what_a_store_says_is_read_as_it_was_packed(tmp_path: Path) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     for _ in days(drone):
@@ -77,6 +78,7 @@ def test_wrong_bytes_are_refused_or_read_and_never_fail_otherwise(data: bytes, a
         assert named
 
 
+@pytest.mark.slow
 def test_a_document_that_unpacks_to_gigabytes_is_refused_and_not_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(survey_document, "LARGEST_UNPACKED_BYTES", 1_000_000)
     packer = zlib.compressobj(9, wbits=31)

@@ -144,6 +144,7 @@ def test_two_stalls_never_get_one_label(ann: Person) -> None:
         ann.do("rename", stalls=ann.ids("A 1", "B 1"), to="Q")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_confirmed", [False, True])
 def test_a_row_that_was_removed_and_is_drawn_again_gets_its_letter_again(ann: Person, *, is_confirmed: bool) -> None:
     if is_confirmed:

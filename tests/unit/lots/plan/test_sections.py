@@ -101,6 +101,7 @@ def test_who_follows_a_plan_reads_its_sections_with_each_change(ann: Person) -> 
     assert (since["whole"], since["stalls"], since["sections"]) == (False, [], [first])
 
 
+@pytest.mark.slow
 def test_a_merge_brings_sections_and_a_split_and_a_pin_take_them_along(ann: Person) -> None:
     drawn(ann)
     ann.close()

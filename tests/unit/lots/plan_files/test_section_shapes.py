@@ -109,7 +109,9 @@ def test_roads_without_a_width_are_said_once() -> None:
     tags = {"highway": "residential", "parking__both": "lane"}
     found = plan(osm(road(7, KERB, **tags), road(8, [(90.0, 0.0), (90.0, 30.0)], **tags)))
     assert len(found.sections) == 4
-    assert [each.split(",")[0] for each in left_out(found)] == ["roads: width: is missing of 4 sides"]
+    assert [each.split(",")[0] for each in found.assumed] == ["roads: width: is missing of 4 sides"]
+    assert left_out(found) == []
+    assert unpacked(packed(found)) == found
 
 
 def test_the_lines_of_a_geopackage_are_read_where_they_have_a_side(tmp_path: Path) -> None:

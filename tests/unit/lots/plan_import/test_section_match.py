@@ -78,6 +78,7 @@ def test_stalls_and_sections_of_one_file_are_one_operation(person: Importer) -> 
     assert (len(person.plan()["stalls"]), [*sections(person)]) == (30, [])
 
 
+@pytest.mark.slow
 def test_a_capacity_that_the_file_does_not_say_follows_from_the_length(person: Importer) -> None:
     person.take(geojson([kerb(), kerb([(60.0, 0.0), (60.0, 70.0)], name="Oak", kind="diagonal", metres=35)]))
     found = sections(person)
@@ -129,6 +130,7 @@ def test_a_section_without_a_name_gets_one(person: Importer) -> None:
     assert effects(person, yard(name=None), kerb(name=None)) == ([], 2)
 
 
+@pytest.mark.slow
 def test_sections_that_the_file_has_not_end_amid_its_own_on_ask_alone(person: Importer) -> None:
     far = kerb([(400.0, 0.0), (400.0, 30.0)], name="Far")
     person.take(geojson([kerb(), yard(), far]))
@@ -141,6 +143,7 @@ def test_sections_that_the_file_has_not_end_amid_its_own_on_ask_alone(person: Im
     assert [*sections(person)] == ["Elm", "Far", "New"]
 
 
+@pytest.mark.slow
 def test_a_new_lot_of_sections_alone_is_made_and_undone(person: Importer) -> None:
     north = [(5000.0, 0.0), (5000.0, 80.0)]
     made = person.begin(geojson([kerb(north, capacity=12)]), "Elm Street")
@@ -156,6 +159,7 @@ def test_a_new_lot_of_sections_alone_is_made_and_undone(person: Importer) -> Non
     assert person.undo_change(made["seq"]) == "import"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", [{}, {"capacity": None, "kind": None}, {"kind": "across", "note": ""}])
 def test_the_plan_of_a_lot_comes_back_exactly(person: Importer, said: Json) -> None:
     person.take(geojson([kerb(**said), yard(**{"note": "staff", **said}), *drawn(30)]))

@@ -93,3 +93,13 @@ def test_each_stall_is_the_nearest_one_and_no_two_are_the_same() -> None:
     assert same_stalls(known, [near, nearer, far, crossed]) == {8: "a"}
     assert same_stalls(known, [near, opposite]) == {7: "a", 11: "b"}
     assert same_stalls(known, []) == same_stalls([], [near]) == {}
+
+
+@given(st.lists(st.tuples(METRES, METRES), min_size=2, max_size=20, unique=True).map(np.array), MOVES)
+def test_the_nearest_move_of_places_that_were_moved_is_that_move(places: np.ndarray, move: Move) -> None:
+    found = Move.nearest(places, move.of(places))
+    assert found.of(places) == pytest.approx(move.of(places), abs=1e-6)
+
+
+def test_one_place_has_a_shift_and_no_turn() -> None:
+    assert Move.nearest(np.array([[1.0, 2.0]]), np.array([[4.0, 6.0]])) == Move(3.0, 4.0, 0.0)

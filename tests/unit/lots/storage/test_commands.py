@@ -42,6 +42,7 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_store_that_cannot_be_read_is_a_failure(name: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (folder / "store" / FILE).write_bytes(b"no database" * 1000)
@@ -49,6 +50,7 @@ def test_a_store_that_cannot_be_read_is_a_failure(name: str, folder: Path, capsy
     assert capsys.readouterr().err.startswith("hawk-drone: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["export", "stats", "import-plan", "erase"])
 def test_a_lot_that_is_not_there_is_asked_for_wrongly(
     name: str, folder: Path, capsys: pytest.CaptureFixture[str]
@@ -59,6 +61,7 @@ def test_a_lot_that_is_not_there_is_asked_for_wrongly(
     assert "Lot 1" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "more", "words"),
     [

@@ -26,6 +26,7 @@ def spoil_second(path: Path) -> None:
     spoil(path, "UPDATE survey SET free = free + 1 WHERE seq = 2", SECOND)
 
 
+@pytest.mark.slow
 def test_a_search_in_pieces_finds_what_one_search_finds(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     lot = filled(path)

@@ -24,8 +24,9 @@ from hawk.lots.storage import database
 from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import seal
+from hawk.lots.tables import unpack_stalls
 from hawk.lots.time_zone import zone_of_lot
-from hawk.lots.values import LotStoreError, unpack_stalls
+from hawk.lots.values import LotStoreError
 from tests.examples import examples
 from tests.unit.lots.surveys import later, survey
 

@@ -18,7 +18,8 @@ from hawk.lots.lists import Asked
 from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database, copy
 from hawk.lots.storage.erasure import emptied, erase_rows, found_lot, found_survey
-from hawk.lots.values import FinishedSurvey, Placed, VehicleDetection, unpack_vehicles
+from hawk.lots.tables import unpack_vehicles
+from hawk.lots.values import FinishedSurvey, Placed, VehicleDetection
 from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.model.lot_map import StallState
 from hawk.model.vehicles import VehicleKind
@@ -169,6 +170,7 @@ def test_a_survey_that_is_deleted_has_no_look_until_that_is_undone(ann: Person) 
     assert looks(ann) == before
 
 
+@pytest.mark.slow
 def test_a_network_that_knows_no_vehicles_counts_taken_stalls(tmp_path: Path) -> None:
     """Row A: 20 stalls from west to east; the section holds the first four middles."""
     store = Database(tmp_path / "lots.db", FAST)

@@ -353,6 +353,7 @@ drops = st.lists(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(dropped=drops, cuts=st.lists(st.integers(0, 40), max_size=6), between=st.integers(0, 3))
 def test_a_cut_at_any_step_loses_nothing_and_maps_nothing_twice(

@@ -83,7 +83,7 @@ def read_until(process: subprocess.Popen[str], pattern: str) -> str:
     raise AssertionError(f"{pattern} was not said")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly  # of test_app.py a cheaper one cuts every step
 def test_two_parts_become_one_survey_though_the_inbox_is_killed(tmp_path: Path) -> None:
     write_photos(drawn_world(3), OPTIONS, tmp_path / "yard")
     photographs = sorted((tmp_path / "yard").glob("*.JPG"))

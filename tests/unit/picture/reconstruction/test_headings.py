@@ -29,6 +29,7 @@ def test_places_that_err_more_than_they_are_apart_show_no_heading() -> None:
     assert (seen.headings, seen.heights, seen.height) == ({}, (), None)
 
 
+@pytest.mark.slow
 def test_middles_that_are_kept_need_no_features_and_give_the_same_headings() -> None:
     flown = flight(lanes=1, count=4, sigma=0.3, turned=frozenset({1, 2}))
     posed, kept = [one.posed for one in flown.known], dict[tuple[tuple[int, int], ...], Middles]()

@@ -357,6 +357,7 @@ async def test_a_cookie_is_worth_nothing_after_the_log_out_and_its_connections_e
     assert len(re.findall('"key"', (stand.rig.folder / LOGIN_FILE).read_text())) == 1, "it is not in the file either"
 
 
+@pytest.mark.slow
 async def test_the_stream_of_one_who_logged_out_ends(stand: Stand) -> None:
     assert stand.rig.server is not None
     assert stand.rig.app is not None

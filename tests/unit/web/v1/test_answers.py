@@ -33,6 +33,7 @@ async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive)
     assert again.headers["Cache-Control"] == first.headers["Cache-Control"] == "private, no-cache"
 
 
+@pytest.mark.slow
 async def test_an_answer_is_made_once_until_the_store_changes(
     archive: Archive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -98,6 +99,7 @@ async def test_a_change_of_the_store_makes_another_tag_also_by_another_program(a
     assert (again.status, (await again.json())["items"][0]["name"]) == (200, "South")
 
 
+@pytest.mark.slow
 async def test_a_long_answer_is_packed_for_those_who_unpack_it(archive: Archive) -> None:
     path = archive.address(f"/lots/{archive.lot}/stalls")
     headers = {"Authorization": archive.viewer.headers["Authorization"]}

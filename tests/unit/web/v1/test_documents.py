@@ -84,6 +84,7 @@ async def centre(tmp_path: Path, rig: Rig) -> AsyncIterator[Centre]:
     await store.close()
 
 
+@pytest.mark.slow
 async def test_a_document_is_stored_with_its_picture_and_answered_the_same_each_time(centre: Centre) -> None:
     for document in centre.documents():
         answers = [await centre.send(document) for _ in range(2)]
@@ -97,6 +98,7 @@ async def test_a_document_is_stored_with_its_picture_and_answered_the_same_each_
             assert {each["survey"] for each in (await answer.json())["items"]} == {document.survey.id}
 
 
+@pytest.mark.slow
 async def test_a_survey_of_the_day_after_tomorrow_is_refused(centre: Centre) -> None:
     first, _ = centre.documents()
     ahead = time.time() + 2 * 86_400.0
@@ -106,6 +108,7 @@ async def test_a_survey_of_the_day_after_tomorrow_is_refused(centre: Centre) -> 
     assert "set the clock of drone and desk right" in problem["detail"]
 
 
+@pytest.mark.slow
 async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Centre) -> None:
     first, _ = centre.documents()
     assert (await centre.send(first))[0] == 200
@@ -118,6 +121,7 @@ async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Cent
     assert (await centre.send(first))[1]["state"] == first.survey.state
 
 
+@pytest.mark.slow
 async def test_what_is_no_document_of_that_survey_is_refused_with_its_field(centre: Centre) -> None:
     first, second = centre.documents()
     data = survey_document.packed(first)
@@ -131,6 +135,7 @@ async def test_what_is_no_document_of_that_survey_is_refused_with_its_field(cent
         assert (await answer.json())["items"] == []
 
 
+@pytest.mark.slow
 async def test_a_document_that_is_too_large_ends_while_it_comes(
     centre: Centre, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -141,6 +146,7 @@ async def test_a_document_that_is_too_large_ends_while_it_comes(
     assert "is too large" in problem["detail"]
 
 
+@pytest.mark.slow
 async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: Centre) -> None:
     (first, _), opened = centre.documents(), set()
     assert (await centre.send(first))[0] == 200
@@ -170,6 +176,7 @@ async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: 
     }
 
 
+@pytest.mark.slow
 @pytest.mark.fault("a drone's token opens the command socket", "the connection is refused: no message is read")
 async def test_no_message_is_read_of_a_drones_token(centre: Centre) -> None:
     async with centre.tool(centre.tokens[ONE]) as session:
@@ -190,6 +197,7 @@ async def test_no_message_is_read_of_a_drones_token(centre: Centre) -> None:
                 assert answer.status in (400, 401)
 
 
+@pytest.mark.slow
 @pytest.mark.fault(
     "each command is sent to a desk that collects, by an operator in control", "refused: no drone is here"
 )
@@ -205,6 +213,7 @@ async def test_no_command_is_done_at_a_desk_that_collects(centre: Centre) -> Non
         assert "There is no drone here" in answer["Reason"]
 
 
+@pytest.mark.slow
 async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(centre: Centre) -> None:
     first, _ = centre.documents()
     for role in Role:
@@ -218,6 +227,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
     assert "HTTPS" in problem["detail"]
 
 
+@pytest.mark.slow
 async def test_a_stranger_and_another_origin_send_no_document(centre: Centre) -> None:
     first, _ = centre.documents()
     data = survey_document.packed(first)
@@ -241,6 +251,7 @@ async def test_a_program_that_does_not_collect_takes_no_document(tmp_path: Path,
     await stand.close()
 
 
+@pytest.mark.slow
 async def test_a_token_that_was_removed_or_replaced_opens_nothing(centre: Centre) -> None:
     first, second = centre.documents()
     assert (await centre.send(first))[0] == 200
@@ -253,6 +264,7 @@ async def test_a_token_that_was_removed_or_replaced_opens_nothing(centre: Centre
     assert (await centre.send(first, new))[0] == 200
 
 
+@pytest.mark.slow
 async def test_a_guessed_token_is_slowed(centre: Centre) -> None:
     first, _ = centre.documents()
     found = [(await centre.send(first, f"guess-number-{number}"))[0] for number in range(8)]
@@ -260,6 +272,7 @@ async def test_a_guessed_token_is_slowed(centre: Centre) -> None:
     assert 429 in found
 
 
+@pytest.mark.slow
 async def test_a_drone_sends_one_document_at_a_time(centre: Centre) -> None:
     first, second = centre.documents()
     begun, goes_on = asyncio.Event(), asyncio.Event()

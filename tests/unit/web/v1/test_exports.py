@@ -65,6 +65,7 @@ async def test_viewers_get_a_survey_as_a_file(viewer: Viewer, kind: str) -> None
     assert len(data) > (1000 if "sections" not in kind else 40)
 
 
+@pytest.mark.slow
 async def test_a_survey_that_is_not_there_and_another_kind_are_refused(viewer: Viewer) -> None:
     status, _, data = await viewer.get(f"/api/v1/surveys/{'0' * 36}/files/csv")
     assert (status, b"there is no survey" in data) == (404, True)
@@ -72,6 +73,7 @@ async def test_a_survey_that_is_not_there_and_another_kind_are_refused(viewer: V
     assert (status, json.loads(data)["field"], b"there are csv, geojson" in data) == (404, "kind", True)
 
 
+@pytest.mark.slow
 async def test_the_picture_of_a_survey_comes_in_tiles_with_their_place(viewer: Viewer, rig: Rig) -> None:
     at = f"/api/v1/surveys/{viewer.survey}/ground"
     status, _, data = await viewer.get(at)
@@ -136,18 +138,21 @@ async def test_a_lot_is_a_feed_in_the_words_of_a_receiver(
     assert (status, json.loads(refusal)["field"]) == (422, "from")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("valid_s", ["0", "-1", "nan", "inf", "x"])
 async def test_a_time_that_is_no_time_is_refused(viewer: Viewer, valid_s: str) -> None:
     status, _, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/cds?valid_s={valid_s}")
     assert (status, json.loads(data)["field"]) == (422, "valid_s")
 
 
+@pytest.mark.slow
 async def test_another_feed_is_refused_with_those_that_there_are(viewer: Viewer) -> None:
     status, _, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/datex")
     assert (status, json.loads(data)["field"]) == (404, "feed")
     assert json.loads(data)["detail"].endswith(f"there are {', '.join(FEEDS)}")
 
 
+@pytest.mark.slow
 async def test_a_lot_is_aggregates_hour_by_hour(viewer: Viewer) -> None:
     status, headers, data = await viewer.get(f"/api/v1/lots/{viewer.lot}/feeds/cds-aggregates?time_zone=UTC")
     assert (status, headers["Content-Type"]) == (200, "application/vnd.cds+csv;version=1.0")
@@ -156,6 +161,7 @@ async def test_a_lot_is_aggregates_hour_by_hour(viewer: Viewer) -> None:
     assert sum(line.endswith(",-1") for line in lines) == 23
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("query", "field"), [("from=x", "from"), ("time_zone=Mars", "time_zone"), ("valid_s=9", "valid_s")]
 )

@@ -129,6 +129,7 @@ async def test_a_strict_reader_finds_every_picture_in_the_stream(rig: Rig, versi
         assert float(each.headers["x-timestamp"]) == 10.0 + number / 4
 
 
+@pytest.mark.slow
 async def test_a_reader_that_looks_for_delimiters_need_not_wait_for_the_next_picture(rig: Rig) -> None:
     server = await rig.start()
     rig.video.publish(frame(1))

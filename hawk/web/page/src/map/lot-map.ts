@@ -61,6 +61,8 @@ export class LotMap {
   looking: Looking = "whole";
   /** Room for what lies over the map's upper edge while the whole is shown, pixels. */
   above = 28;
+  /** Ground of sections, which is a part of the whole as stalls are. */
+  sectionGround: Extent | null = null;
 
   private readonly map: OlMap;
   private readonly view: View;
@@ -466,9 +468,9 @@ export class LotMap {
     if (drone) marks.push({ North: drone.north, East: drone.east });
     if (home) marks.push(home);
     const places = marks.map(toCoordinate);
-    if (!this.lot) return extentOf(fence.length > 2 ? fence.map(toCoordinate) : around(places));
-    const [west, south, east, north] = this.lot;
-    return extentOf([...places, [west, south], [east, north]]);
+    const grounds = [this.lot, this.sectionGround].filter((each) => each !== null);
+    if (grounds.length === 0) return extentOf(fence.length > 2 ? fence.map(toCoordinate) : around(places));
+    return extentOf([...places, ...grounds.flatMap(([west, south, east, north]): [number, number][] => [[west, south], [east, north]])]);
   }
 }
 

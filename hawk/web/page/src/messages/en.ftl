@@ -354,6 +354,9 @@ found-so-far-time-short = { $stalls } so far, { $time } in sight
 picture-old = Picture { $age } old.
 free-stalls = free stalls
 free-at = free, at { $time }
+# In a lot of sections alone: vehicles of places, as "12/20"
+parked = parked
+parked-at = parked, at { $time }
 battery = battery
 # Behind the time until it must return: the charge.
 battery-percent = until return, { $percent }
@@ -832,6 +835,8 @@ section-vehicles =
        *[other] { $parked } vehicles
     }
 section-unseen = not seen
+# $words: as section-parked, of the sections that were seen
+sections-seen = { $words }, { $seen } of { $sections } sections seen
 section-interval = { $least } to { $most }, 9 times in 10.
 section-room =
     { $room ->
@@ -859,6 +864,8 @@ plan-import-reads = Reads the file…
 plan-import-counts = { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
 plan-import-sections = Sections: { $begin } begin, { $stay } change, { $same } are so already, { $end } end.
 plan-import-doubt = It is not certain where the plan lies:
+# Before a sentence on what the file does not say
+plan-import-assumed = Assumed:
 plan-import-left =
     { $count ->
         [one] 1 feature is left out

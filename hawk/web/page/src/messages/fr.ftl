@@ -351,6 +351,8 @@ found-so-far-time-short = { $stalls } jusqu'ici, { $time } en vue
 picture-old = Image d'il y a { $age }.
 free-stalls = places libres
 free-at = libres, à { $time }
+parked = garés
+parked-at = garés, à { $time }
 battery = batterie
 battery-percent = avant retour, { $percent }
 then-percent = , { $percent }
@@ -822,6 +824,8 @@ section-vehicles =
        *[other] { $parked } véhicules
     }
 section-unseen = pas vue
+# $words: as section-parked, of the sections that were seen
+sections-seen = { $words }, { $seen } sections vues sur { $sections }
 section-interval = { $least } à { $most }, 9 fois sur 10.
 section-room =
     { $room ->
@@ -848,6 +852,7 @@ plan-import-reads = Lit le fichier…
 plan-import-counts = { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
 plan-import-sections = Sections : { $begin } commencent, { $stay } changent, { $same } sont déjà ainsi, { $end } finissent.
 plan-import-doubt = L’endroit du plan n’est pas certain :
+plan-import-assumed = Supposé :
 plan-import-left =
     { $count ->
         [one] { $count } élément laissé de côté

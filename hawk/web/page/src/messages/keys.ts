@@ -216,6 +216,8 @@ export interface Messages {
   "picture-old": { age: string | number };
   "free-stalls": Record<string, never>;
   "free-at": { time: string | number };
+  "parked": Record<string, never>;
+  "parked-at": { time: string | number };
   "battery": Record<string, never>;
   "battery-percent": { percent: string | number };
   "then-percent": { percent: string | number };
@@ -516,6 +518,7 @@ export interface Messages {
   "section-over": { words: string | number };
   "section-vehicles": { parked: number };
   "section-unseen": Record<string, never>;
+  "sections-seen": { words: string | number; seen: string | number; sections: string | number };
   "section-interval": { least: string | number; most: string | number };
   "section-room": { room: number };
   "section-capacity-given": { capacity: string | number };
@@ -537,6 +540,7 @@ export interface Messages {
   "plan-import-counts": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-sections": { begin: string | number; stay: string | number; same: string | number; end: string | number };
   "plan-import-doubt": Record<string, never>;
+  "plan-import-assumed": Record<string, never>;
   "plan-import-left": { count: number };
   "plan-import-clashes": { count: number };
   "plan-import-number": Record<string, never>;

@@ -1,5 +1,6 @@
 import { LocalPlane } from "../fence/plane.ts";
 import type { FenceCorner, FenceSetup, Heartbeat, LogEntry, Point, Welcome } from "../protocol.ts";
+import { afterUpdate, NO_SECTIONS } from "./flown-sections.ts";
 
 export interface LogLine {
   key: string;
@@ -42,13 +43,15 @@ export class Flight {
 
   /** The fence that the next Arm puts in force, as last reported. */
   fenceSetup: FenceSetup | null = null;
+  /** Sections of the lot that is flown over, as the drone counts them. */
+  sections = NO_SECTIONS;
   /** Where the map lies on Earth; before the first arm around where the drone was first heard to be. */
   plane: LocalPlane | null = null;
 
   private fresh = false;
   private localLines = 0;
 
-  /** The server answered: it will send messages and trail again from the beginning. */
+  /** The server answered: it will send messages, trail and sections again from the beginning. */
   greet(welcome: Welcome): void {
     this.welcome = welcome;
     this.fresh = true;
@@ -61,6 +64,7 @@ export class Flight {
     this.heartbeat = heartbeat;
     this.heardAt = at;
     this.fenceSetup = heartbeat["Fence Setup"] ?? this.fenceSetup;
+    this.sections = afterUpdate(this.sections, heartbeat.Sections);
     this.setPlane(heartbeat);
     if (heartbeat.Messages.length > 0) this.addLines(heartbeat.Messages.map(line));
     const before = heartbeat["Trail Start"] ? [] : this.trail;
@@ -83,6 +87,7 @@ export class Flight {
   private forgetSent(): void {
     this.fresh = false;
     this.trail = [];
+    this.sections = NO_SECTIONS;
     this.lines = this.lines.filter((line) => line.key.startsWith("page-"));
   }
 

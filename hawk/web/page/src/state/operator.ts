@@ -199,6 +199,7 @@ export class Operator extends EventTarget {
       pictureAge: this.picture.age(this.seconds()),
       units: this.preferences.units,
       selfDisarmed: this.selfDisarmed,
+      sections: this.flight.sections,
     };
   }
 

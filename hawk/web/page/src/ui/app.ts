@@ -92,7 +92,7 @@ export class App extends LitElement {
     const view = this.model.view();
     if (isFlying(view.heartbeat)) this.survey = false;
     const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
-    if (landed && stallCount(view) > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
+    if (landed && stallCount(view) + view.sections.length > 0 && view.heartbeat?.Killed !== true) this.survey = true; // after a cut its remedy stays in sight
     this.landedAt = view.landedAt;
     document.title = this.titleOf(view);
   }

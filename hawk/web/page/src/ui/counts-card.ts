@@ -5,23 +5,28 @@ import type { CountedState } from "../state/map-store.ts";
 import { isFlying } from "../state/flight.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
+import { parkedInAll, parkedWords, roomInAll, roomWords } from "../words/section.ts";
 import { linkOf, stallCount, type View } from "../words/view.ts";
 import { seenPercent } from "../words/glance.ts";
 import { Part } from "./element.ts";
 import { swatch } from "./swatch.ts";
 
-/** How many stalls of each kind, with the map's symbols as a legend. */
+/** How many stalls of each kind, with the map's symbols as a legend; of a lot of sections alone how many vehicles are parked. */
 @customElement("hawk-counts")
 export class CountsCard extends Part {
   override render(): TemplateResult | typeof nothing {
     const view = this.model.view();
     const heartbeat = view.heartbeat;
-    if (!heartbeat || stallCount(view) + heartbeat.Suggested === 0) return nothing;
-    return html`<section class="card counts" aria-label=${say("stalls")}>
-      ${count("free", heartbeat.Free)} ${count("taken", heartbeat.Taken)} ${count("unknown", heartbeat.Unknown)}
+    const hasStalls = heartbeat !== null && stallCount(view) + heartbeat.Suggested > 0;
+    if (heartbeat === null || (!hasStalls && view.sections.length === 0)) return nothing;
+    const stalls = hasStalls
+      ? html`${count("free", heartbeat.Free)} ${count("taken", heartbeat.Taken)} ${count("unknown", heartbeat.Unknown)}`
+      : html`<div class="ct" data-count="sections"><div><b>${flownWords(view)}</b></div></div>`;
+    return html`<section class="card counts" aria-label=${say(hasStalls ? "stalls" : "sections")}>
+      ${stalls}
       <span class="sub w">
-        <span>${summary(view)}</span>
-        ${between(view)} ${suggested(view)}
+        ${hasStalls ? html`<span>${summary(view)}</span> ${between(view)} ${suggested(view)}` : nothing}
+        ${view.sections.length > 0 ? html`<span data-sections>${hasStalls ? `${say("sections")}: ${flownWords(view)}. ` : ""}${flownRoom(view)}</span>` : nothing}
         ${isFlying(heartbeat) ? nothing : html`<button class="small" @click=${() => this.showSurvey()}>${say("show-survey")}</button>`}
       </span>
     </section>`;
@@ -37,6 +42,18 @@ function count(state: CountedState, stalls: number): TemplateResult {
     ${swatch(state)}
     <div><b>${number(stalls)}</b><span class="sub">${say(`legend-${state}`)}</span></div>
   </div>`;
+}
+
+/** Vehicles of all sections that were seen so far, and how many sections were not. */
+export function flownWords({ sections }: View): string {
+  const seen = sections.filter(({ look }) => look !== null).length;
+  const words = parkedWords(parkedInAll(sections.map(({ look }) => look)));
+  return seen === 0 || seen === sections.length ? words : say("sections-seen", { words, seen, sections: sections.length });
+}
+
+/** Room in all sections that were seen; "" where it is not known. */
+export function flownRoom({ sections }: View): string {
+  return roomWords({ room: roomInAll(sections.map(({ look }) => look)) });
 }
 
 /** Explored, and seen but for a few patches: the drone gives bounds then. */

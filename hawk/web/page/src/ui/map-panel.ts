@@ -3,17 +3,20 @@ import { customElement, property, query, state } from "lit/decorators.js";
 import { FenceOnMap } from "../map/fence-on-map.ts";
 import { dronePlace, shownChanges, shownFence, shownOutline } from "../map/fence-shown.ts";
 import { EMPTY_SCENE, type Scene, withLayers } from "../map/flight-scene.ts";
-import { cardPlace, showScale, toCoordinate } from "../map/geometry.ts";
+import { cardPlace, extentOf, showScale, toCoordinate } from "../map/geometry.ts";
 import { LotMap, type Looking } from "../map/lot-map.ts";
 import { PlanOnMap } from "../map/plan-on-map.ts";
+import { SectionsLayer } from "../map/sections-layer.ts";
 import type { LotFrame } from "../plan/frame.ts";
 import type { Point, Welcome } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
+import { NO_SECTIONS } from "../state/flown-sections.ts";
 import type { MapChange, Stall } from "../state/map-store.ts";
 import type { ShownChanges } from "../state/operator.ts";
 import * as format from "../words/format.ts";
 import { planMove } from "../words/move.ts";
-import { number, say } from "../words/say.ts";
+import { language, number, say } from "../words/say.ts";
+import { fullness, parkedWords } from "../words/section.ts";
 import { SCALES } from "../words/units.ts";
 import { userError } from "../words/user-error.ts";
 import { linkOf, stallCount, type View } from "../words/view.ts";
@@ -49,6 +52,9 @@ export class MapPanel extends Part {
   private lot: LotMap | null = null;
   private fence: FenceOnMap | null = null;
   private plan: PlanOnMap | null = null;
+  private readonly sections = new SectionsLayer();
+  private drawnSections = NO_SECTIONS;
+  private spoken = "";
   private wasFlying = false;
   private measuring = false;
   private changes: ShownChanges | null = null;
@@ -62,6 +68,7 @@ export class MapPanel extends Part {
       moved: () => this.placeMarks(),
       looking: (looking) => (this.looking = looking),
     });
+    this.lot.addLayer(this.sections);
     this.fence = new FenceOnMap(this.lot, this.model);
     this.plan = new PlanOnMap(this.lot, this.model, () => this.model.flight.plane, true);
     this.lot.apply(this.model.map.whole(), this.model.map);
@@ -110,6 +117,7 @@ export class MapPanel extends Part {
     this.plan?.update(!this.isAway);
     const { layers } = this.model.preferences;
     this.lot?.showLayers(layers, this.model.flight.plane);
+    this.showSections(layers.stalls && !this.model.plan.open);
     const { measure, preferences } = this.model;
     if (measure.open && !this.measuring) this.lot?.stay();
     this.measuring = measure.open;
@@ -118,6 +126,16 @@ export class MapPanel extends Part {
     this.lookAtFlight(view);
     this.lookAtChanges();
     this.placeMarks();
+  }
+
+  /** Sections with their counts: while a plan is open the plan's are there. */
+  private showSections(isShown: boolean): void {
+    const { sections } = this.model.flight;
+    this.sections.setVisible(isShown);
+    if (!this.lot || (sections === this.drawnSections && language() === this.spoken)) return;
+    Object.assign(this, { drawnSections: sections, spoken: language() });
+    this.lot.sectionGround = extentOf(sections.flatMap(({ ring }) => ring));
+    this.sections.show(sections.map((each) => ({ ...each, words: parkedWords(each.look), look: fullness(each.look) })), "");
   }
 
   private readonly mapChanged = (event: Event): void => {

@@ -54,10 +54,11 @@ export class PlanImportPart extends Part {
   }
 
   /** What is in question, in one line each, above the button that takes the plan. */
-  private refused({ placed, clash_count: clashes, left_out_count: left }: PlanPreview): TemplateResult {
+  private refused({ placed, clash_count: clashes, left_out_count: left, notes }: PlanPreview): TemplateResult {
     const { incoming } = this.model.plan;
     const line = (words: string): TemplateResult => html`<p class="problem">${icon("warn")}<span>${words}</span></p>`;
     return html`${placed.is_certain ? nothing : html`<p class="problem">${icon("warn")}<span>${say("plan-import-doubt")} ${drone(placed.doubt)}</span></p>`}
+    ${notes.map((words) => html`<p class="sub">${say("plan-import-assumed")} ${drone(words)}</p>`)}
     ${left === 0 ? nothing : line(say("plan-import-left", { count: left }))}
     ${clashes === 0 ? nothing : line(say("plan-import-clashes", { count: clashes }))}
     ${clashes === 0 ? nothing : html`<button ?disabled=${incoming.busy} @click=${this.number}>${say("plan-import-number")}</button>`}`;

@@ -4,12 +4,13 @@ import { say } from "../words/say.ts";
 import { stallRows } from "../words/stall-rows.ts";
 import { Part } from "./element.ts";
 import "./lots.ts";
+import { sectionsTable } from "./sections-table.ts";
 
 /** Lines that are added at a time. */
 const PAGE = 50;
 const COLUMNS = ["column-stall", "column-state", "column-place", "column-seen"] as const;
 
-/** The lot's stalls as a table, for those who do not see the map. */
+/** The lot's stalls and sections as tables, for those who do not see the map. */
 @customElement("hawk-stalls")
 export class StallsTab extends Part {
   @state() private shown = PAGE;
@@ -17,13 +18,14 @@ export class StallsTab extends Part {
   override render(): TemplateResult {
     const { map, flight } = this.model;
     const lots = html`<hawk-lots .model=${this.model}></hawk-lots>`;
-    if (map.stalls.size === 0) return html`<div class="scroll">${lots}<p class="empty sub">${say("no-stall-yet")}</p></div>`;
+    const sections = sectionsTable(flight.sections);
+    if (map.stalls.size === 0) return html`<div class="scroll">${lots} ${sections === nothing ? html`<p class="empty sub">${say("no-stall-yet")}</p>` : sections}</div>`;
     const { now, units } = this.model.view();
     const timeOf = (at: number): number | null => this.model.daemonClock.timeOfDay(at, this.model.seconds(), now);
     const counted = [...map.stalls.values()].filter((stall) => stall.state !== "suggested").length; // suggested ones are in no count
     const rows = stallRows(map.stalls.values(), flight.heartbeat?.Home ?? null, timeOf, units, this.shown);
     return html`<div class="scroll" tabindex="0" role="region" aria-label=${say("stalls-as-table")}>
-      ${lots}
+      ${lots} ${sections}
       <table class="stalls">
         <caption class="sub">${say("stalls-caption", { stalls: counted })}</caption>
         <thead>

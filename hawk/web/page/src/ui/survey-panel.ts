@@ -1,4 +1,4 @@
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
 import type { CountedState } from "../state/map-store.ts";
 import * as format from "../words/format.ts";
@@ -7,7 +7,7 @@ import { heightsOf, topHeight } from "../words/plot.ts";
 import { number, say } from "../words/say.ts";
 import { SCALES, type Units } from "../words/units.ts";
 import { stallCount, type View } from "../words/view.ts";
-import { between, isSeenWhole, suggested } from "./counts-card.ts";
+import { between, flownRoom, flownWords, isSeenWhole, suggested } from "./counts-card.ts";
 import { cssVars } from "./css-vars.ts";
 import "./downloads.ts";
 import { Part } from "./element.ts";
@@ -16,6 +16,7 @@ import "./lots.ts";
 import type { Series } from "./plot.ts";
 import "./plot.ts";
 import { swatch } from "./swatch.ts";
+import { sectionsTable } from "./sections-table.ts";
 
 /** What the survey found, once the drone is down again. */
 @customElement("hawk-survey")
@@ -37,19 +38,8 @@ export class SurveyPanel extends Part {
           <span class="sub">${headline(view)}</span>
           <button class="plain" aria-label=${say("close-survey")} @click=${() => this.close()}>${icon("close")}</button>
         </div>
-        <div class="hero">${say("hero-free", { free: heartbeat?.Free ?? 0 })} <small>${say("hero-of", { stalls: all })}</small></div>
-        <div class="sub">${between(view)} ${suggested(view)}</div>
-        <div class="stack" aria-hidden="true">
-          ${counts.filter(([, stalls]) => stalls > 0).map(([state, stalls]) => html`<i class=${state} ${cssVars({ "--share": String(stalls) })}></i>`)}
-        </div>
-        <div class="keys">
-          ${counts.map(
-            ([state, stalls]) => html`<div class="ct" data-count=${state}>
-              ${swatch(state)}
-              <div><b>${number(stalls)}</b><span class="sub">${say(`${state}-share`, { percent: format.percent((100 * stalls) / Math.max(1, all)) })}</span></div>
-            </div>`,
-          )}
-        </div>
+        ${all === 0 && view.sections.length > 0 ? html`<div class="hero">${flownWords(view)}</div>` : this.stalls(view, counts)}
+        ${view.sections.length > 0 ? html`<div class="sub">${flownRoom(view)}</div>` : nothing} ${sectionsTable(view.sections)}
       </section>
       <hawk-downloads .model=${this.model}></hawk-downloads>
       <hawk-lots .model=${this.model}></hawk-lots>
@@ -60,6 +50,23 @@ export class SurveyPanel extends Part {
       </section>
       <section class="plots">${this.plots(view)}</section>
     </section>`;
+  }
+
+  private stalls(view: View, counts: readonly [CountedState, number][]): TemplateResult {
+    const all = stallCount(view);
+    return html`<div class="hero">${say("hero-free", { free: view.heartbeat?.Free ?? 0 })} <small>${say("hero-of", { stalls: all })}</small></div>
+      <div class="sub">${between(view)} ${suggested(view)}</div>
+      <div class="stack" aria-hidden="true">
+        ${counts.filter(([, stalls]) => stalls > 0).map(([state, stalls]) => html`<i class=${state} ${cssVars({ "--share": String(stalls) })}></i>`)}
+      </div>
+      <div class="keys">
+        ${counts.map(
+          ([state, stalls]) => html`<div class="ct" data-count=${state}>
+            ${swatch(state)}
+            <div><b>${number(stalls)}</b><span class="sub">${say(`${state}-share`, { percent: format.percent((100 * stalls) / Math.max(1, all)) })}</span></div>
+          </div>`,
+        )}
+      </div>`;
   }
 
   private plots(view: View): TemplateResult {

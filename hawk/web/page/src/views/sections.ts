@@ -4,7 +4,8 @@ import type { LocalPlane } from "../fence/plane.ts";
 import { type Coordinate, toCoordinate } from "../map/geometry.ts";
 import type { SectionShape } from "../map/sections-layer.ts";
 import { icon } from "../ui/icons.ts";
-import { number, say } from "../words/say.ts";
+import { nameButton } from "../ui/sections-table.ts";
+import { say } from "../words/say.ts";
 import { changeWords, fullness, parkedWords, sectionLines, trend } from "../words/section.ts";
 
 /** Sections as the map of a survey shows them, or as they changed; without those that neither survey saw then. */
@@ -16,16 +17,6 @@ export function shapesOf(sections: readonly ListedSection[], plane: LocalPlane, 
     if (changes === null) return { id, name, words: parkedWords(look), look: fullness(look), ring };
     return change === undefined ? [] : { id, name, words: changeWords(change), look: trend(change), ring };
   });
-}
-
-/** Every section with what was counted; nothing without one. */
-export function sectionsTable(sections: readonly ListedSection[], chosen: string, choose: (section: string) => void): TemplateResult | typeof nothing {
-  if (sections.length === 0) return nothing;
-  return html`<table class="rows sections"><caption class="unseen">${say("sections")}</caption><thead><tr><th scope="col">${say("section-head")}</th><th scope="col">${say("section-head-parked")}</th><th scope="col">${say("section-head-between")}</th><th scope="col">${say("section-head-room")}</th></tr></thead>
-    <tbody>${sections.map(
-      ({ id, name, look }) => html`<tr class=${id === chosen ? "on" : ""}><th scope="row">${nameButton({ id, name }, chosen, choose)}</th>
-        <td>${parkedWords(look)}</td><td>${look === null ? "–" : `${number(look.least)}–${number(look.most)}`}</td><td>${look?.room == null ? "–" : number(look.room)}</td></tr>`,
-    )}</tbody></table>`;
 }
 
 const countOf = (found: SectionChange["before"]): string => (found === null ? "–" : say("section-count", found));
@@ -44,11 +35,6 @@ export function sectionChanges(sections: readonly SectionChange[], chosen: strin
 function changeLines(change: SectionChange): string[] {
   const { before, after } = change;
   return [`${say("archive-before")}: ${countOf(before)}`, `${say("archive-after")}: ${countOf(after)}`, differsWords(change)].filter((each) => each !== "");
-}
-
-/** A section's name, which shows it on the map, or no more. */
-function nameButton({ id, name }: { id: string; name: string }, chosen: string, choose: (section: string) => void): TemplateResult {
-  return html`<button class="plain link" aria-pressed=${id === chosen} @click=${() => choose(id === chosen ? "" : id)}>${name}</button>`;
 }
 
 /** All that is said of one section, beside its place on the map: of one survey, or of its change. */

@@ -7,7 +7,7 @@ import { cssVars } from "../ui/css-vars.ts";
 import { number, say } from "../words/say.ts";
 import { heatClass, moment, share } from "./figures.ts";
 import "./survey-map.ts";
-import { sectionsTable } from "./sections.ts";
+import { sectionsTable } from "../ui/sections-table.ts";
 import type { SurveyOnMap } from "./survey-source.ts";
 import { Asked, View } from "./view.ts";
 

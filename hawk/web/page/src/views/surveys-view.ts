@@ -11,7 +11,7 @@ import { byRow, inOrder } from "./compare-words.ts";
 import { moment, share } from "./figures.ts";
 import { type Period, recordingsOf } from "./link.ts";
 import "./changes-list.ts";
-import { sectionsTable } from "./sections.ts";
+import { sectionsTable } from "../ui/sections-table.ts";
 import { parkedInAll, parkedWords } from "../words/section.ts";
 import "./survey-map.ts";
 import type { SurveyOnMap } from "./survey-source.ts";

@@ -1,7 +1,8 @@
 import type { Heartbeat } from "../protocol.ts";
 import * as format from "./format.ts";
 import { language, number, say } from "./say.ts";
-import { ageNow, autopilotLost, BATTERY_STALE_S, isLotKnown, linkOf, OLD_S, oldestAge, STALE_S, type View } from "./view.ts";
+import { type Parked, parkedInAll } from "./section.ts";
+import { ageNow, autopilotLost, BATTERY_STALE_S, isLotKnown, linkOf, OLD_S, oldestAge, STALE_S, stallCount, type View } from "./view.ts";
 
 export type Tone = "fine" | "warn" | "idle" | "alarm";
 
@@ -132,10 +133,20 @@ export function glanceValues(view: View): GlanceValue[] {
 
 function freeValue(view: View): GlanceValue {
   const heartbeat = view.heartbeat;
+  const parked = stallCount(view) > 0 ? null : parkedInAll(view.sections.map(({ look }) => look));
+  if (parked !== null) return parkedValue(view, parked);
   const known = heartbeat !== null && heartbeat.Free + heartbeat.Taken + heartbeat.Unknown > 0;
   const lost = linkOf(view) === "lost" && view.silence !== null;
   const label = lost && known ? say("free-at", { time: format.clock(view.now - (view.silence ?? 0) * 1000) }) : say("free-stalls");
   return { name: "free", value: known ? number(heartbeat.Free) : "–", age: "", label, staleLabel: "", trouble: false };
+}
+
+/** Vehicles of places, in a lot of sections alone. */
+function parkedValue(view: View, { parked, capacity }: Parked): GlanceValue {
+  const lost = linkOf(view) === "lost" && view.silence !== null;
+  const label = lost ? say("parked-at", { time: format.clock(view.now - (view.silence ?? 0) * 1000) }) : say("parked");
+  const value = capacity === null ? number(parked) : `${number(parked)}/${number(capacity)}`;
+  return { name: "free", value, age: "", label, staleLabel: "", trouble: false };
 }
 
 function batteryValue(view: View): GlanceValue {

@@ -9,6 +9,9 @@ export type Fullness = "room" | "full" | "over" | "alone" | "unseen";
 /** How the vehicles of a section changed; "surely" where the intervals of both surveys do not meet. */
 export type Trend = "more" | "fewer" | "surely-more" | "surely-fewer" | "same" | "unseen";
 
+/** Count of a section, by a stored survey or by the flight so far. */
+export type Counted = Pick<SectionLook, "parked" | "least" | "most" | "room" | "capacity" | "hidden_share" | "seen_share">;
+
 /** Vehicles and places, of one section or of several. */
 export type Parked = Pick<SectionLook, "parked" | "capacity">;
 
@@ -34,6 +37,13 @@ export function parkedInAll(seen: readonly (Parked | null)[]): Parked | null {
   return { parked: sum(found.map(({ parked }) => parked)), capacity: places.length < found.length ? null : sum(places) };
 }
 
+/** Room in the gaps of all sections that were seen; null where that of one is not known. */
+export function roomInAll(seen: readonly (Counted | null)[]): number | null {
+  const found = seen.filter((each) => each !== null).map(({ room }) => room);
+  const known = found.filter((each) => each !== null);
+  return found.length === 0 || known.length < found.length ? null : known.reduce((total, each) => total + each, 0);
+}
+
 export function fullness(look: Parked | null): Fullness {
   if (look === null) return "unseen";
   if (look.capacity === null) return "alone";
@@ -54,8 +64,8 @@ export function intervalWords({ least, most }: SectionLook): string {
   return say("section-interval", { least, most });
 }
 
-export function roomWords(look: SectionLook): string {
-  return look.room === null ? "" : say("section-room", { room: look.room });
+export function roomWords({ room }: { room: number | null }): string {
+  return room === null ? "" : say("section-room", { room });
 }
 
 export function capacityWords({ capacity, is_capacity_given }: Pick<PlanSection, "capacity" | "is_capacity_given">): string {

@@ -1,5 +1,6 @@
 import type { LinkStatus } from "../link/reconnect.ts";
 import type { CommandOption, Heartbeat, Welcome } from "../protocol.ts";
+import type { FlownSection } from "../state/flown-sections.ts";
 import type { Units } from "./units.ts";
 
 /** Everything that the words depend on, at one moment. */
@@ -19,6 +20,8 @@ export interface View {
   pictureAge: number | null;
   /** The motors went off before take-off, and this operator had not asked for it. */
   selfDisarmed?: boolean;
+  /** Sections of the lot that is flown over, as they are counted so far. */
+  sections: readonly FlownSection[];
   /** Units in which lengths are shown. */
   units: Units;
 }

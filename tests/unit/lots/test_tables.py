@@ -6,7 +6,8 @@ from dataclasses import fields, replace
 
 import pytest
 
-from hawk.lots.values import WITNESS_SCORE, Detection, LotStoreError, pack_stalls, unpack_stalls
+from hawk.lots.tables import pack_stalls, unpack_stalls
+from hawk.lots.values import WITNESS_SCORE, Detection, LotStoreError
 from tests.unit.lots.surveys import BEGAN, stall
 
 EXACT = replace(
