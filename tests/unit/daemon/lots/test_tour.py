@@ -198,11 +198,11 @@ def offered(drone: Drone) -> PlanOffer | None:
     return drone.said[-1].offer
 
 
-async def second_lot(drone: Drone) -> str:
-    """Store a lot 1.1 km north of the first one."""
+async def second_lot(drone: Drone, place: GlobalPose = FAR) -> str:
+    """Store another lot; the usual place is 1.1 km north of the first one."""
     found = survey("000002-20260505T103000Z")
-    outline, seen = box(-30, -3, 30, 40, FAR), box(-40, -15, 60, 60, FAR)
-    there = replace(found, datum=FAR, outline=outline, seen_ground=seen)
+    outline, seen = box(-30, -3, 30, 40, place), box(-40, -15, 60, 60, place)
+    there = replace(found, datum=place, outline=outline, seen_ground=seen, beside=())
     saved = await drone.store.write(lambda c: save(c, there, None))
     assert saved.lot is not None
     return saved.lot
@@ -369,6 +369,75 @@ async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot
     drone.taken = offer.id
     await drone.follower.look()
     assert len(drone.plan.stalls) == 50
+
+
+# -- a round ----------------------------------------------------------------------------------------------------------
+
+
+async def round_of_two(drone: Drone) -> tuple[str, str]:
+    """Ask for a round over the first lot and one 120 m north of it; the second one comes first."""
+    near = replace(DATUM, latitude=DATUM.latitude + 150.0 / 111_200)
+    drone.fence = polygon_fence(tuple((2 * north, east) for north, east in RING), 5.0, 60.0, 3.0)
+    one, two = await drone.store_survey(), await second_lot(drone, near)
+    drone.asked, drone.more = one, (RoundLot(two, "Lot 2", is_first=True),)
+    drone.datum = DATUM
+    await drone.follower.look()
+    return one, two
+
+
+@pytest.mark.slow
+async def test_a_round_is_planned_over_all_its_lots_and_its_length_is_their_sum(drone: Drone) -> None:
+    one, two = await round_of_two(drone)
+    assert [lot.id for lot in drone.follower.current] == [one, two]
+    assert [tour.lot for tour in drone.tours.current] == [two, one]
+    assert drone.said[-1].tour_m == round(sum(tour.distance_m for tour in drone.tours.current), 1)
+    assert [text for text in drone.messages if "is known" in text] == [
+        "This is Lot 1: its plan is known.",
+        "This is Lot 2: its plan is known.",
+    ]
+
+
+@pytest.mark.slow
+async def test_while_it_explores_the_tours_stay_and_after_a_swap_lots_that_are_over_are_left_out(drone: Drone) -> None:
+    one, two = await round_of_two(drone)
+    drone.state, drone.flies = StateName.AUTONOMOUS_EXPLORE, True
+    flown = drone.tours.current
+    drone.more = (replace(drone.more[0], is_over=True),)
+    await drone.follower.look()
+    assert drone.tours.current is flown
+    drone.state, drone.flies = StateName.IDLE, False
+    await drone.follower.look()
+    assert [tour.lot for tour in drone.tours.current] == [one]
+    assert [lot.id for lot in drone.follower.current] == [one, two], "its stalls stay on the map"
+
+
+@pytest.mark.slow
+async def test_a_changed_plan_of_one_lot_of_a_round_is_offered_and_the_others_stay(drone: Drone) -> None:
+    await round_of_two(drone)
+    before = drone.follower.current
+    drone.state, drone.flies = StateName.AUTONOMOUS_EXPLORE, True
+    await drone.follower.look()
+    await add_row(drone)
+    await drone.follower.look()
+    assert drone.follower.current is before
+    offer = offered(drone)
+    assert offer is not None
+    assert (offer.lot, offer.before, offer.stalls) == ("Lot 1", 40, 50)
+    drone.taken = offer.id
+    await drone.follower.look()
+    assert [len(lot.stalls) for lot in drone.follower.current] == [50, 40]
+    assert drone.follower.current[1] is before[1]
+
+
+@pytest.mark.slow
+async def test_a_round_without_one_of_its_lots_is_not_planned(drone: Drone) -> None:
+    await drone.store_survey()
+    await drone.follower.look()
+    lot = drone.said[-1].lots[0].id
+    drone.asked, drone.more = lot, (RoundLot("gone", "Gone"),)
+    await drone.follower.look()
+    assert drone.tours.current == ()
+    assert drone.said[-1].tour_m is None
 
 
 @pytest.mark.slow
