@@ -79,15 +79,15 @@ class ClearOutline(Command):
 
 
 class SurveyAgain(Command):
-    """Survey known lots again, one or several: the next Explore looks at every stall of their plans once more, then at
-    new ones at their rims. It sets the lots' ground as the outline; Clear Outline ends it. Not while it explores.
+    """Survey known lots again: the next Explore looks at every stall of their plans once more, then at new ones at
+    their rims. It sets the lots' ground as the outline; Clear Outline ends it. Not while it explores.
     """
 
     type: Literal["Survey Again"] = "Survey Again"
     lots: list[Annotated[str, Field(min_length=1, max_length=64)]] = Field(default=[], max_length=MOST_LOTS)
     """Ids of the lots, as in ``/api/v1/lots``."""
     due: bool = False
-    """True, without ``Lots``: all lots inside the fence whose survey is due by the settings' schedule."""
+    """True, without ``Lots``: all lots inside the fence whose survey is due."""
 
     @model_validator(mode="after")
     def _lots_or_due(self) -> Self:

@@ -287,8 +287,7 @@ class VehicleStatus(Outgoing):
     survey_share: Known = None
     """Share (0..1) of the rest of the survey that the battery allows."""
     survey_batteries: int | None = None
-    """Full batteries that the rest of the survey takes, the present one included, with a flight home for each swap;
-    null while that is not known."""
+    """Batteries for the rest of the survey, the present one included; null while not known."""
     survey_time_left: Known = None
     """Seconds of the rest of the survey, without take-off and the flight home, as far as `survey_basis` knows it."""
     satellites: int | None = None
@@ -333,9 +332,9 @@ class RoundLotStatus(Outgoing):
     """Its id."""
     name: str
     seen: Finite = 0.0
-    """Share (0 to 1) of its stalls that this flight looked at; 1 for a lot that is over."""
+    """Share (0 to 1) of its stalls that were looked at."""
     is_over: bool = False
-    """True when the flight is done with it: it is stored as a survey."""
+    """True when it is stored as a survey."""
 
 
 class PlanOfferStatus(Outgoing):
@@ -381,7 +380,7 @@ class SiteStatus(Outgoing):
     again_distance: Known = None
     """Length of the planned flight over the lots that are surveyed again, metres; null until it is planned."""
     again_lots: tuple[RoundLotStatus, ...] = ()
-    """The lots that are surveyed again; empty for any other survey."""
+    """The lots that are surveyed again."""
     plan_offer: PlanOfferStatus | None = None
     """The changed plan that waits for an answer; null while the flight has the newest one."""
 

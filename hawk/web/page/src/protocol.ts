@@ -185,7 +185,7 @@ export interface SetOutlineCommand {
   Holes?: FenceCorner[][];
 }
 
-/** Survey known lots again, one or several: the next Explore looks at every stall of their plans once more, then at new ones at their rims. It sets the lots' ground as the outline; Clear Outline ends it. Not while it explores. */
+/** Survey known lots again: the next Explore looks at every stall of their plans once more, then at new ones at their rims. It sets the lots' ground as the outline; Clear Outline ends it. Not while it explores. */
 export interface SurveyAgainCommand {
   Type: "Survey Again";
   Id?: string | number | null;
