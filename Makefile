@@ -25,7 +25,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz chaos webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -142,6 +142,11 @@ api-fuzz: setup
 # Fifty kills of the daemon and of a receiver of its reports, in turn: nothing is lost. Some minutes.
 webhook-kills: setup
 	WEBHOOK_KILLS=50 $(BIN)/python -m pytest -q tests/integration/test_webhook_kills.py $(ARGS)
+
+# Documents of surveys while programs are killed and links, disk, clock and tokens fail: twenty minutes, as root on four
+# cores and more. ARGS="--flights 1" on two cores.
+chaos: setup
+	$(BIN)/python -m proving.chaos $(ARGS)
 
 # A real ArduCopter with the whole daemon; writes the rows of docs/ardupilot.md. Half an hour, in real time:
 # make ardupilot ARDUPILOT=/path/to/arducopter [DEFAULTS=/path/to/copter.parm] [INSTANCE=N] [ARGS='"words"']

@@ -22,7 +22,7 @@ from sqlalchemy import select
 from benchmarks.figures import Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.documents import source, survey_document
+from hawk.lots.documents import parts, source
 from hawk.lots.ingest import save
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
@@ -49,7 +49,7 @@ def documents(folder: Path) -> list[Sent]:
                 save(connection, given, find_stalls)
         with store.reading() as connection:
             for named in connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars():
-                packed = survey_document.packed(source.document_of(connection, named, {}))
+                packed = parts.packed(source.document_of(connection, named, {}))
                 found.append((f"Drone {number}", named, packed))
         store.close()
     return found

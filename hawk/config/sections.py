@@ -251,12 +251,13 @@ class WebhooksSettings(Section):
 
 
 class CollectSettings(Section):
-    """A desk that collects the surveys of this store, by a token of this drone."""
+    """A desk that collects the surveys of this store, by a token of this drone. ``lots``: those that come back."""
 
     url: DeskAddress | None = None
     token_file: FilePath | None = None
     certificate: FilePath | None = None
     kbit_s: int = Field(default=0, ge=0, le=1_000_000)
+    lots: Literal["all", "seen"] = "all"
 
     @model_validator(mode="after")
     def _fit_together(self) -> CollectSettings:

@@ -366,12 +366,35 @@ class DoubtfulSurvey(Shown):
     places: Count
 
 
+class DroneStall(Shown):
+    """A stall as a drone's plan has it."""
+
+    id: Id
+    label: str
+    corners: list[Degrees]
+
+
+class DroneProposals(Shown):
+    """Changes of a plan on a drone, of a plan that was changed here since. `areas`: names of zones and sections.
+
+    `base`: plan that the drone changed.
+    """
+
+    drone: str
+    base: str
+    begin: list[DroneStall]
+    end: list[DroneStall]
+    change: list[DroneStall]
+    areas: list[str]
+
+
 class Proposals(Shown):
-    """Changes of a lot's layout that its newest surveys propose."""
+    """Changes of a lot's layout that its newest surveys propose, and those that were made on drones."""
 
     lot: Id
     datum: Degrees
     surveys: list[SurveyProposals]
+    drones: list[DroneProposals] = []
     doubtful: list[DoubtfulSurvey]
 
 

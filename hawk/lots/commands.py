@@ -16,6 +16,7 @@ from hawk.lots import change_log, operations, pins
 from hawk.lots.answers import Done, Pinned
 from hawk.lots.change_detection import takeover
 from hawk.lots.change_log import Change
+from hawk.lots.documents import plan_edits
 from hawk.lots.ingest import registered_place
 from hawk.lots.operations import Estate
 from hawk.lots.plan.queries import all_stalls
@@ -108,14 +109,21 @@ def choose(connection: Connection, survey_id: str, asked: Mapping[str, Any], who
 
 
 def take_over(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
-    """Take proposals of a survey over as one version of the layout. Raises as `taking.take_over`, and NotFoundError."""
+    """Take proposals of a survey, or of a ``drone``, over as one version of the layout.
+
+    Raises as `takeover.take_over`, and NotFoundError.
+    """
     lot_row(connection, lot_id)
+    if "drone" in asked:
+        return plan_edits.take_over(connection, lot_id, asked, who, now)
     return takeover.take_over(connection, lot_id, asked, who, now)
 
 
 def drop(connection: Connection, lot_id: str, asked: Mapping[str, Any], who: str, now: float) -> Done:
-    """Drop proposals of a survey. Raises LotInputError, NotFoundError."""
+    """Drop proposals of a survey, or of a ``drone``. Raises LotInputError, NotFoundError."""
     lot_row(connection, lot_id)
+    if "drone" in asked:
+        return plan_edits.drop(connection, lot_id, asked, who, now)
     return takeover.drop(connection, lot_id, asked, who, now)
 
 

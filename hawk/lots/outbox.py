@@ -68,6 +68,13 @@ def due_state(connection: Connection, target: str, now: float) -> Message | None
     return first or _first(connection, asked.where(DELIVERY.c.message.is_(None) | _is_again(now)))
 
 
+def is_waiting(connection: Connection, kind: str, body: str, target: str) -> bool:
+    """Return whether a receiver has not got a message with this body, and is to get it."""
+    asked = _asked(target).where(OUTBOX.c.kind == kind, OUTBOX.c.body == body)
+    is_open = DELIVERY.c.sent.is_(None) & DELIVERY.c.given_up.is_(None)
+    return connection.execute(asked.where(is_open).limit(1)).first() is not None
+
+
 _ASKED: Final = select(OUTBOX.c.seq, OUTBOX.c.kind, OUTBOX.c.body, OUTBOX.c.made, DELIVERY.c.tries)
 
 

@@ -14,6 +14,7 @@ from sqlalchemy import Row as SqlRow
 from hawk.lots import change_log
 from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
+from hawk.lots.documents import plan_edits
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan import serialize, versions
 from hawk.lots.plan.answers import Plan
@@ -78,9 +79,10 @@ def plan(connection: Connection, lot_id: str, since: int | None = None, layout: 
 
 
 def proposed(connection: Connection, lot_id: str) -> Proposals:
-    """Return what the newest surveys propose to change of a lot's layout. Raises NotFoundError."""
+    """Return what surveys and drones propose to change of a lot's layout. Raises NotFoundError."""
     lot_row(connection, lot_id)
-    return proposals.proposed(connection, lot_id)
+    found = proposals.proposed(connection, lot_id)
+    return found.model_copy(update={"drones": plan_edits.proposed(connection, lot_id)})
 
 
 def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:

@@ -25,9 +25,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 6
+VERSION: Final = 7
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "178e610afac12ead576b640beb4c0c6c"
+SCHEMA: Final = "6b6b5592b55018672243a2c075387e25"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -264,14 +264,27 @@ LOT_DOCUMENT: Final = Table(
     "lot_document",
     METADATA,
     Column("lot", String(36), primary_key=True),
-    Column("writer", Text, nullable=False),
+    Column("writer", Text, primary_key=True),
+    Column("base", String(64), primary_key=True),
     Column("state", Integer, nullable=False),
     Column("digest", String(64), nullable=False),
-    Column("is_current", Boolean, nullable=False),
+    Column("plan", String(64), nullable=False),
+    Column("decided", Integer, nullable=False),
     Column("body", LargeBinary, nullable=False),
 )
-"""Lots that came with documents of surveys: the newest state of each, compressed JSON of
-`hawk.lots.documents.survey_document.LotPart`. ``is_current``: the lot's tables say the same."""
+"""Plans that came as documents (`hawk.lots.documents.lot_states`): the newest state of a lot by each writer, from each
+plan that the writer had of it. ``writer``: name of the drone's token; "": the desk that this store is sent to.
+``base``: digest of the plan that the writer took from here; "": none. ``plan``: digest of the lot's tables since they
+were written by this state; "": they were not, or by another one since. ``decided``: the newest state that was written,
+or that a person refused. ``body``: compressed JSON of `hawk.lots.documents.lot_document.LotPart`."""
+DESK: Final = Table(
+    "desk",
+    METADATA,
+    Column("target", String(16), primary_key=True),
+    Column("state", Integer, nullable=False),
+)
+"""Desks that this store is sent to, as `DELIVERY` names them. ``state``: number at the desk up to which its lots were
+taken from there. It has no digest: the lots have, and what changes at the desk comes again."""
 CHANGE: Final = Table(
     "change",
     METADATA,

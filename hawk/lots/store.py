@@ -28,8 +28,9 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
 
     from hawk.lots import ingest, outbox
-    from hawk.lots.documents import collection, survey_document
-    from hawk.lots.documents.collection import DocumentOutcome
+    from hawk.lots.documents import collection, lot_document, lot_return, survey_document
+    from hawk.lots.documents.collection import DocumentOutcome, LotOutcome
+    from hawk.lots.documents.lot_return import LotAnswer, LotQuery
     from hawk.lots.storage import backup, database
     from hawk.lots.storage.backup import FlightLock
     from hawk.lots.storage.database import Database
@@ -44,6 +45,8 @@ else:
     round_share = late("hawk.lots.survey.round_share")
     ingest = late("hawk.lots.ingest")
     collection = late("hawk.lots.documents.collection")
+    lot_document = late("hawk.lots.documents.lot_document")
+    lot_return = late("hawk.lots.documents.lot_return")
     survey_document = late("hawk.lots.documents.survey_document")
 
 _LOG = logging.getLogger(__name__)
@@ -140,7 +143,7 @@ class LotStore:
         """Take in the document of a survey that a drone has sent; it is committed, with its picture, then.
 
         Args:
-            data: The document, as `hawk.lots.documents.survey_document` packs it.
+            data: The document, as `hawk.lots.documents.parts` packs it.
             survey: Id that the document must have.
             drone: Name of the drone.
 
@@ -160,6 +163,36 @@ class LotStore:
                 with self._opened().writing() as connection:
                     collection.note_picture(connection, found.seq, document.survey.state)
             return found
+
+        return await self._run(work)
+
+    async def collect_lot(self, data: bytes, lot: str, drone: str) -> LotOutcome:
+        """Take in the document of a lot that a drone has sent; it is committed then.
+
+        Args:
+            data: The document, as `hawk.lots.documents.parts` packs it.
+            lot: Id of a lot that the document must have.
+            drone: Name of the drone.
+
+        Raises LotInputError, ErasedError, LotStoreError; nothing is written then.
+        """
+
+        def work() -> LotOutcome:
+            document = lot_document.unpacked(data)
+            if lot not in {each.id for each in document.lots}:
+                raise LotInputError("lots", f"must have the lot of the address, {lot}")
+            with self._opened().writing() as connection:
+                return collection.collect_lots(connection, document, drone)
+
+        return await self._run(work)
+
+    async def take_back(self, data: bytes, asked: LotQuery) -> LotAnswer:
+        """Take in a document of lots of the desk that this store is sent to. Raises LotInputError, LotStoreError."""
+
+        def work() -> LotAnswer:
+            document = lot_document.unpacked(data)
+            with self._opened().writing() as connection:
+                return lot_return.take_back(connection, document, asked, self._wall(), self.register)
 
         return await self._run(work)
 

@@ -52,6 +52,10 @@ class StoreBusyError(LotStoreError):
     """A read took longer than it may, or too many wait already: it may be asked again."""
 
 
+class StoreFullError(LotStoreError):
+    """The disk of the store is full: nothing was written, and it may be asked again once there is room."""
+
+
 class OtherDroneError(LotStoreError):
     """A document is of a survey that another drone has sent, or that was stored here."""
 

@@ -9,7 +9,7 @@ import asyncio
 import json
 import logging
 from collections.abc import Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import aiohttp
@@ -39,31 +39,53 @@ class SenderTimes:
 class TryOutcome:
     """Outcome of a try. ``status``: of the answer, 0 without one; ``problem``: why it failed, "" for a yes.
 
-    ``said``: the receiver's own words, of a problem as RFC 9457 has it.
+    ``said``: the receiver's own words, of a problem as RFC 9457 has it. ``data``: the answer, of a yes.
     """
 
     status: int
     problem: str = ""
     said: str = ""
+    data: bytes = field(default=b"", repr=False)
 
 
 async def tried(
-    session: aiohttp.ClientSession, method: str, url: SecretUrl, seconds: float, setting: str, **request: Any
-) -> TryOutcome:
-    """Send a request once. ``setting``: the one that names the address; ``request``: further arguments of aiohttp's."""
+    session: aiohttp.ClientSession, method: str, url: SecretUrl, seconds: float, setting: str,
+    largest: int = LARGEST_ANSWER, **request: Any
+) -> TryOutcome:  # fmt: skip
+    """Send a request once.
+
+    Args:
+        session: Sends it.
+        method: Its method.
+        url: Its address.
+        seconds: Real seconds after which it is given up.
+        setting: The setting that names the address.
+        largest: Bytes of the answer that are read.
+        request: Further arguments of aiohttp's.
+    """
     try:
         async with asyncio.timeout(seconds):
             async with session.request(method, url.get_secret_value(), allow_redirects=False, **request) as answer:
-                data = await answer.content.read(LARGEST_ANSWER)
+                data = await _start_of(answer.content, largest)
                 answer.close()  # whatever more it says
                 if 200 <= answer.status < 300:
-                    return TryOutcome(answer.status)
+                    return TryOutcome(answer.status, data=data)
                 return TryOutcome(answer.status, _refused(answer, setting), _said(answer, data))
     except TimeoutError:
         return TryOutcome(0, f"gave no answer within {seconds:g} s")
     except (aiohttp.ClientError, OSError, ValueError) as error:
         cause = error.__cause__ if isinstance(error.__cause__, OSError) else error
         return TryOutcome(0, without(str(cause), url.secrets()) or type(error).__name__)
+
+
+async def _start_of(content: aiohttp.StreamReader, largest: int) -> bytes:
+    """Return what an answer says, up to a number of bytes."""
+    found = bytearray()
+    async for part in content.iter_chunked(LARGEST_ANSWER):
+        found += part
+        if len(found) >= largest:
+            break
+    return bytes(found[:largest])
 
 
 async def keep_sending(

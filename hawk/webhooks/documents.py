@@ -1,4 +1,5 @@
-"""Sends surveys as documents to the desk that collects them: the newest state first, then the oldest, until it has all.
+"""Sends surveys and lots as documents to the desk that collects them: the newest state first, then the oldest, until it
+has all; then asks for the lots that have changed there.
 
 A document is made of the store when it is sent. The desk commits, and then answers: a program that is killed before it
 notes the answer sends the document again, and gets the same answer. While the desk is not there, the waits grow to a
@@ -10,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import logging
 import ssl
+import time
 from collections.abc import AsyncIterator, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -32,17 +34,19 @@ from hawk.webhooks.sender import target_of
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
+    from hawk.lots.documents.lot_return import LotQuery
     from hawk.lots.outbox import Message
 
 if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots import outbox
-    from hawk.lots.documents import source, survey_document
+    from hawk.lots.documents import lot_return, parts, source
     from hawk.lots.storage import states
     from hawk.lots.survey import pictures
 else:
     outbox = late("hawk.lots.outbox")
     source = late("hawk.lots.documents.source")
-    survey_document = late("hawk.lots.documents.survey_document")
+    lot_return = late("hawk.lots.documents.lot_return")
+    parts = late("hawk.lots.documents.parts")
     states = late("hawk.lots.storage.states")
     pictures = late("hawk.lots.survey.pictures")
 
@@ -51,19 +55,24 @@ T = TypeVar("T")
 CHUNK_BYTES: Final = 1024
 LOOKS: Final = (1, 2, 4, 6)
 """Intervals of looks between tries while the desk is not there; the last one is that of every later try."""
+LOTS_EVERY: Final = 6
+"""Looks between two questions for lots, where nothing is sent."""
+LARGEST_LOTS: Final = 32_000_000
+"""Bytes of an answer with lots."""
 PAUSE_S: Final = 0.5
 """Real seconds between two looks whether the drone has landed."""
 TIMES: Final = SenderTimes(try_s=900.0)
 _AWAY: Final = (0, HTTPStatus.UNAUTHORIZED, HTTPStatus.TOO_MANY_REQUESTS, HTTPStatus.BAD_GATEWAY,
-                HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.GATEWAY_TIMEOUT)  # fmt: skip
+                HTTPStatus.SERVICE_UNAVAILABLE, HTTPStatus.GATEWAY_TIMEOUT,
+                HTTPStatus.INSUFFICIENT_STORAGE)  # fmt: skip
 """Statuses that say nothing of the document: no other one would get through."""
 
 
 @dataclass(frozen=True, slots=True)
-class PackedSurvey:
-    """A document as it is sent: the survey's id, the numbers of the ``states`` that it has, and its bytes."""
+class PackedState:
+    """A document as it is sent: its ``address`` below the API's, the ``states`` that it has, and its bytes."""
 
-    survey: str
+    address: str
     states: tuple[int, ...]
     data: bytes = field(repr=False)
 
@@ -88,6 +97,7 @@ class DocumentSender:
         self._add_message = add_message
         self._times = times
         self._failed = 0
+        self._next_query = 0.0
         self._files = ThreadPoolExecutor(1, thread_name_prefix="collect")
 
     async def run(self) -> None:
@@ -105,13 +115,47 @@ class DocumentSender:
         ) as session:
 
             async def send() -> bool:
-                return await self.send_one(session, url)
+                if await self.send_one(session, url):
+                    return True
+                return self._failed == 0 and await self.ask_for_lots(session, url)
 
             await keep_sending(f"collect {url.host}", self._may_send, send, self._times.look_s)
 
     async def _elsewhere(self, work: Callable[[], T]) -> T:
         """Do work with files on a thread."""
         return await asyncio.get_running_loop().run_in_executor(self._files, work)
+
+    async def ask_for_lots(self, session: aiohttp.ClientSession, url: SecretUrl) -> bool:
+        """Take in the lots that have changed at the desk; return whether there were any. Nothing is asked in flight.
+
+        Raises LotStoreError.
+        """
+        if self._is_flown() or time.monotonic() < self._next_query:
+            return False
+        self._next_query = time.monotonic() + LOTS_EVERY * self._times.look_s
+        token = await self._elsewhere(lambda: _token(self._settings.token_file))
+        target = _target(url, token)
+        asked: LotQuery | None = await self._store.read(lambda c: lot_return.first_query(c, target))
+        is_any = False
+        while asked is not None and not self._is_flown():
+            outcome = await self._get(session, url, asked, token)
+            if outcome.problem or self._is_flown():
+                _LOG.log(logging.WARNING if outcome.problem else logging.DEBUG, "collect %s: lots: %s", url.host,
+                         _details(outcome))  # fmt: skip
+                return False
+            returned = await self._store.take_back(outcome.data, asked)
+            for name in returned.replaced:
+                words = say("The plan of {name} is the desk's now; some of your changes are not in it.", name=name)
+                self._add_message("info", words, "")
+            asked, is_any = returned.next, is_any or returned.next is not None
+        return is_any
+
+    async def _get(self, session: aiohttp.ClientSession, url: SecretUrl, asked: LotQuery, token: str) -> TryOutcome:
+        seen = "&seen=true" if self._settings.lots == "seen" else ""
+        place = SecretUrl(f"{_root(url)}/lots/documents?after={asked.after}{seen}")
+        headers = {"Authorization": f"Bearer {token}"}
+        limits = self._times.try_s, "collect.url", LARGEST_LOTS
+        return await tried(session, "GET", place, *limits, headers=headers)
 
     async def send_one(self, session: aiohttp.ClientSession, url: SecretUrl) -> bool:
         """Try the next state that is due; return False where there is none, or the desk is not there.
@@ -125,22 +169,21 @@ class DocumentSender:
             words = f"collect.token_file: {error}; write the token that the desk gave into it"
             await self._wait_for_link(url, TryOutcome(0, words))
             return False
-        # a desk whose store was lost gives new tokens: then all is sent again
-        target, now = target_of(SecretUrl(f"{url.get_secret_value()}#{token}")), self._wall()
+        target, now = _target(url, token), self._wall()
         message = await self._store.read(lambda c: outbox.due_state(c, target, now))
         if message is None:
             return False
         try:
             packed = await self._store.read(lambda c: self._packed(c, message), FILE_S)
-        except NotFoundError:  # nothing of it is left to send
-            await self._store.write(lambda c: outbox.note_sent(c, message, target, now))
-            return True
         except LotStoreError as error:
             await self._note_failed(url, message, target, TryOutcome(0, str(error)))
             return True
+        if packed is None:
+            await self._store.write(lambda c: outbox.note_sent(c, message, target, now))
+            return True
         outcome = await self._put(session, url, packed, token)
         if not outcome.problem:
-            sent_at, self._failed = self._wall(), 0
+            sent_at, self._failed, self._next_query = self._wall(), 0, 0.0
             sent = (*packed.states, message.seq)
             await self._store.write(lambda c: outbox.note_states_sent(c, sent, target, sent_at))
             return True
@@ -150,27 +193,33 @@ class DocumentSender:
         await self._note_failed(url, message, target, outcome)
         return True
 
-    def _packed(self, connection: Connection, message: Message) -> PackedSurvey:
-        """Return the document of a state, on a thread of the store. Raises NotFoundError, LotStoreError."""
-        named: str | None = message.body
+    def _packed(self, connection: Connection, message: Message) -> PackedState | None:
+        """Return the document of a state, None where nothing of it is to be sent, on a thread of the store.
+
+        Raises LotStoreError.
+        """
+        named = message.body
         if message.kind == states.LOT_STATE:
-            named = source.newest_about(connection, message.body)
-        if named is None:
-            raise NotFoundError("lot: no survey has seen it")
+            lots = source.document_of_lot(connection, named)
+            if lots is None:
+                return None
+            of_lots = tuple(lot.state for lot in lots.lots)
+            return PackedState(f"lots/{named}/document", of_lots, parts.packed(lots))
         try:
             mosaic = pictures.pictures_of(self._store.path).read(named)
         except LotStoreError as error:  # of a broken file: the survey goes without it
             _LOG.warning("collect: %s", error)
             mosaic = {}
-        document = source.document_of(connection, named, mosaic)
+        try:
+            document = source.document_of(connection, named, mosaic)
+        except NotFoundError:
+            return None
         numbers = (document.survey.state, *(lot.state for lot in document.lots))
-        return PackedSurvey(named, numbers, survey_document.packed(document))
+        return PackedState(f"surveys/{named}/document", numbers, parts.packed(document))
 
-    async def _put(
-        self, session: aiohttp.ClientSession, url: SecretUrl, packed: PackedSurvey, token: str
-    ) -> TryOutcome:
+    async def _put(self, session: aiohttp.ClientSession, url: SecretUrl, packed: PackedState, token: str) -> TryOutcome:
         headers = {"Authorization": f"Bearer {token}", "Content-Type": "application/gzip"}
-        place = SecretUrl(f"{url.get_secret_value().rstrip('/')}/api/v1/surveys/{packed.survey}/document")
+        place = SecretUrl(f"{_root(url)}/{packed.address}")
         body = self._paced(packed.data)
         return await tried(session, "PUT", place, self._times.try_s, "collect.url", data=body, headers=headers)
 
@@ -209,6 +258,16 @@ class DocumentSender:
         if is_over or message.tries + 1 == WARNED_AT:
             words = say("The desk {name} does not take a survey.", name=url.host)
             self._add_message("warning", words, _details(outcome))
+
+
+def _root(url: SecretUrl) -> str:
+    """Return the address of the desk's API."""
+    return f"{url.get_secret_value().rstrip('/')}/api/v1"
+
+
+def _target(url: SecretUrl, token: str) -> str:
+    """Return the name of a desk in deliveries: one whose store was lost gives new tokens, and gets everything again."""
+    return target_of(SecretUrl(f"{url.get_secret_value()}#{token}"))
 
 
 def _details(outcome: TryOutcome) -> str:

@@ -8,18 +8,21 @@ survey, stays.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection, RowMapping, delete, insert, select, update
 
 from hawk.lots.documents import plan_rows
-from hawk.lots.documents.survey_document import Ground, LotPart, SurveyDocument, digest_of
+from hawk.lots.documents.lot_document import LotDocument, LotPart
+from hawk.lots.documents.lot_states import collect_lot, outer_first
+from hawk.lots.documents.parts import Ground, digest_of
+from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.ingest import register_survey, survey_columns
 from hawk.lots.operations import PLACE
 from hawk.lots.registration.survey_place import Doubt
-from hawk.lots.schema import DOCUMENT, ERASED, LOT, LOT_DOCUMENT, OBSERVATION, SECTION_LOOK, SURVEY
+from hawk.lots.schema import DOCUMENT, ERASED, LOT, OBSERVATION, SECTION_LOOK, SURVEY
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.storage.erasure import erased_id
 from hawk.lots.survey.observations import keep_looks
@@ -40,7 +43,7 @@ from hawk.model.poses import GlobalPose
 class DocumentOutcome:
     """Outcome. ``state``: the newest one here; ``has_newer_picture``: the document has one that is to be kept.
 
-    ``keeps_plan``: a lot's plan does not follow the documents: a person here has changed it, or it is another drone's.
+    ``keeps_plan``: a lot's plan is another one here: a person has changed it, or it is another drone's.
     """
 
     seq: int
@@ -64,10 +67,10 @@ def collect(
 
     Raises OtherDroneError, ErasedError, and LotStoreError for a survey or lot that is damaged here.
     """
-    _check_not_erased(connection, document)
+    _check_not_erased(connection, {document.survey.id: "survey.id", **_fields_of(document.lots)})
     finished = _finished(document, writer)
     row = _check_writer(connection, finished, document.survey.id, writer)
-    current = [_collect_lot(connection, each, writer) for each in _outer_first(document.lots)]
+    current = [collect_lot(connection, each, writer) for each in outer_first(document.lots)]
     state, digest = document.survey.state, digest_of(document.model_copy(update={"lots": (), "mosaic": ()}))
     known = None if row is None else _document_row(connection, int(row["seq"]))
     if known is None or (known["state"], known["digest"]) < (state, digest):
@@ -88,11 +91,37 @@ def note_picture(connection: Connection, seq: int, state: int) -> None:
     connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == seq).values(picture=state))
 
 
-def _check_not_erased(connection: Connection, document: SurveyDocument) -> None:
-    names = {document.survey.id: "survey.id", **{lot.id: f"lots[{n}].id" for n, lot in enumerate(document.lots)}}
+@dataclass(frozen=True, slots=True)
+class LotOutcome:
+    """Outcome. ``state``: of the document. ``keeps_plan``: as of `DocumentOutcome`."""
+
+    state: int
+    keeps_plan: bool
+
+
+def collect_lots(connection: Connection, document: LotDocument, writer: str) -> LotOutcome:
+    """Take lots in. ``writer``: name of the drone whose token sends them.
+
+    Raises ErasedError, and LotStoreError for a lot that is damaged here.
+    """
+    _check_not_erased(connection, _fields_of(document.lots))
+    current = [collect_lot(connection, each, writer) for each in outer_first(document.lots)]
+    return LotOutcome(document.state, not all(current))
+
+
+def _fields_of(lots: Iterable[LotPart]) -> dict[str, str]:
+    return {lot.id: f"lots[{number}].id" for number, lot in enumerate(lots)}
+
+
+def is_erased(connection: Connection, named: str) -> bool:
+    """Return whether a survey or lot was erased here."""
+    return connection.execute(select(ERASED.c.id).where(ERASED.c.id == erased_id(named))).first() is not None
+
+
+def _check_not_erased(connection: Connection, names: Mapping[str, str]) -> None:
+    """Refuse ids that were erased here. ``names``: each with its field."""
     for named, field in names.items():
-        asked = select(ERASED.c.id).where(ERASED.c.id == erased_id(named))
-        if connection.execute(asked).first() is not None:
+        if is_erased(connection, named):
             raise ErasedError(f"{field}: it was erased here, and does not come back: erase it on the drone, too")
 
 
@@ -115,48 +144,6 @@ def _check_writer(connection: Connection, finished: FinishedSurvey, named: str, 
 
 def _document_row(connection: Connection, seq: int) -> RowMapping | None:
     return connection.execute(select(DOCUMENT).where(DOCUMENT.c.survey == seq)).mappings().first()
-
-
-def _outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
-    """Return lots, each behind the one that it became part of; those that go round at the end."""
-    found: list[LotPart] = []
-    left = [*lots]
-    while left:
-        there = {each.id for each in found}
-        next_ones = [each for each in left if each.merged_into is None or each.merged_into in there] or left
-        found += next_ones
-        left = [each for each in left if each not in next_ones]
-    return found
-
-
-def _collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
-    """Keep the newest state of a lot; return whether its tables follow it."""
-    known = connection.execute(select(LOT_DOCUMENT).where(LOT_DOCUMENT.c.lot == part.id)).mappings().first()
-    if known is None:
-        if connection.execute(select(LOT.c.id).where(LOT.c.id == part.id)).first() is not None:
-            return False
-    elif known["writer"] != writer:
-        return False
-    digest = digest_of(part)
-    newest = part
-    if known is not None:
-        check_whole(connection, "lot", part.id, "lot")
-        if (known["state"], known["digest"]) >= (part.state, digest):
-            if known["is_current"]:
-                return True
-            newest = plan_rows.unpacked(known["body"])
-    values: dict[str, Any] = {
-        "writer": writer, "state": newest.state, "digest": digest_of(newest), "body": plan_rows.packed(newest),
-        "is_current": True,
-    }  # fmt: skip
-    if known is None:
-        connection.execute(insert(LOT_DOCUMENT).values(lot=part.id, **values))
-    else:
-        connection.execute(update(LOT_DOCUMENT).where(LOT_DOCUMENT.c.lot == part.id).values(**values))
-    is_current = plan_rows.store(connection, newest, writer)
-    if not is_current:
-        connection.execute(update(LOT_DOCUMENT).where(LOT_DOCUMENT.c.lot == part.id).values(is_current=False))
-    return is_current
 
 
 def _finished(document: SurveyDocument, writer: str) -> FinishedSurvey:

@@ -1,7 +1,8 @@
 """Plans of documents in the tables of lots: each stall and zone is in the lot of the newest state that has it.
 
 A stall that no plan has any more goes; the looks at it wait beside their surveys, loose, until a plan has it again. So
-the tables follow from the documents alone, in whatever order they came.
+the tables follow from the documents alone, in whatever order they came. A stall that surveys of this store looked at
+stays with its looks, in no version of the plan.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from sqlalchemy import Connection, Table, and_, bindparam, delete, insert, select, text, update
+from sqlalchemy import Connection, Table, and_, bindparam, delete, insert, or_, select, text, update
 
-from hawk.lots.documents.survey_document import Ground, LotPart, PlanSection, PlanZone
+from hawk.lots.documents.lot_document import LotPart, PlanSection, PlanZone, plan_digest
+from hawk.lots.documents.parts import Ground
+from hawk.lots.documents.source import lot_part
 from hawk.lots.outlines import outline_json
-from hawk.lots.plan.versions import edit_of, read_again
+from hawk.lots.plan.versions import read_again
 from hawk.lots.rows import is_among
 from hawk.lots.schema import (
     CHANGE,
@@ -30,25 +33,21 @@ from hawk.lots.schema import (
     PIN,
     SECTION,
     STALL,
+    SURVEY,
     ZONE,
 )
 from hawk.lots.survey.observations import keep_looks
 from hawk.model.plans import Outline
 
-_LEAVES_PLAN: Final = ("name", "time_zone", "move", "delete", "place", "drop")
-"""Kinds of changes of persons that leave the plan to the documents."""
-_SAID_HERE: Final = ("name", "time_zone")
-"""Columns that a person here may set; a document does not take them back."""
+_SAID: Final = ("name", "time_zone")
 _Values = dict[str, Any]
 
 
-def store(connection: Connection, part: LotPart, writer: str) -> bool:
-    """Write a lot's newest state into its tables; return False where a person here has changed the plan, which stays.
+def store(connection: Connection, part: LotPart, writer: str) -> list[str]:
+    """Write a state of a lot into its tables; return the other lots of which stalls went there, or came back.
 
     ``writer``: of the document. Lots of others are left as they are.
     """
-    if _is_changed_here(connection, part.id):
-        return False
     _store_lot(connection, part)
     contest = _contest(connection, part, writer)
     _store_stalls(connection, contest)
@@ -56,9 +55,17 @@ def store(connection: Connection, part: LotPart, writer: str) -> bool:
     zones = _rows(connection, ZONE, contest.names)
     sync(connection, ZONE, ("id",), zones, [row for each in contest.parts for row in contest.won(_zone_rows(each))])
     _store_sections(connection, part)
+    _fit_layouts(connection, part)
     for each in contest.parts:
         read_again(connection, each.id)
-    return True
+    return [each.id for each in contest.parts[1:]]
+
+
+def name_lot(connection: Connection, part: LotPart) -> None:
+    """Give a lot the name and the time zone of a state."""
+    values = {name: getattr(part, name) for name in _SAID}
+    is_other = or_(*(LOT.c[name].is_distinct_from(value) for name, value in values.items()))
+    connection.execute(update(LOT).where(LOT.c.id == part.id, is_other).values(**values))
 
 
 def packed(part: LotPart) -> bytes:
@@ -103,16 +110,6 @@ def _named(key: tuple[str, ...], values: tuple[Any, ...]) -> _Values:
     return {f"key_{name}": value for name, value in zip(key, values, strict=True)}
 
 
-def _is_changed_here(connection: Connection, lot: str) -> bool:
-    """Return whether a person here edits or has changed a lot's plan, or made it part of another lot."""
-    changes = select(CHANGE.c.seq).where(
-        CHANGE.c.lot == lot, CHANGE.c.state == "done", CHANGE.c.kind.not_in(_LEAVES_PLAN)
-    )
-    if connection.execute(changes.limit(1)).first() is not None or edit_of(connection, lot) is not None:
-        return True
-    return is_merged_here(connection, lot)
-
-
 def is_merged_here(connection: Connection, lot: str) -> bool:
     """Return whether a person here has made a lot part of another one, or another one part of it."""
     merged = select(CHANGE.c.seq).where(CHANGE.c.kind == "merge", CHANGE.c.state == "done")
@@ -126,9 +123,6 @@ def _store_lot(connection: Connection, part: LotPart) -> None:
         "time_zone": part.time_zone,
         "merged_into": None if _is_round(connection, part.id, part.merged_into) else part.merged_into,
     }  # fmt: skip
-    said = select(CHANGE.c.kind).where(CHANGE.c.lot == part.id, CHANGE.c.state == "done", CHANGE.c.kind.in_(_SAID_HERE))
-    for kept in connection.execute(said).scalars():
-        values.pop(kept, None)
     there = [dict(row) for row in connection.execute(select(LOT).where(LOT.c.id == part.id)).mappings()]
     sync(connection, LOT, ("id",), there, [values])
     turns = [dict(row) for row in connection.execute(select(PIN).where(PIN.c.lot == part.id)).mappings()]
@@ -164,7 +158,7 @@ class _Contest:
 def _contest(connection: Connection, part: LotPart, writer: str) -> _Contest:
     """Return which of the stalls and zones that a lot has, or had, are its own, and whose the others are.
 
-    One that is in the tables of another lot is contested by it; one that the lot had and has not may be of any. What is
+    One that is in the tables of another lot is contested by it; one that the lot had and has not may be of any. A stall
     in a lot of another drone, or in one that a person here has changed, stays there.
     """
     own = _names(part)
@@ -173,13 +167,17 @@ def _contest(connection: Connection, part: LotPart, writer: str) -> _Contest:
     dropped = _names_there(connection, part.id) - own
     others: list[LotPart] = []
     if rivals or dropped:
-        asked = select(LOT_DOCUMENT.c.lot, LOT_DOCUMENT.c.body).where(
-            LOT_DOCUMENT.c.writer == writer, LOT_DOCUMENT.c.lot != part.id, LOT_DOCUMENT.c.is_current
+        asked = select(LOT_DOCUMENT.c.plan, LOT_DOCUMENT.c.body).where(
+            LOT_DOCUMENT.c.writer == writer, LOT_DOCUMENT.c.lot != part.id, LOT_DOCUMENT.c.plan != ""
         )
         if not dropped:
             asked = asked.where(LOT_DOCUMENT.c.lot.in_(rivals))
-        others = [unpacked(row.body) for row in connection.execute(asked)]
-    parts = (part, *(each for each in others if _names(each) & (own | dropped)))
+        for plan, body in connection.execute(asked.order_by(LOT_DOCUMENT.c.lot)).all():
+            other = unpacked(body)
+            is_about = other.id in rivals or bool(_names(other) & (own | dropped))
+            if is_about and plan_digest(lot_part(connection, other.id)) == plan:
+                others.append(other)
+    parts = (part, *others)
     ours = {each.id for each in parts}
     names = frozenset(name for name in own | dropped if there.get(name, part.id) in ours)
     owner: dict[str, str] = {}
@@ -229,17 +227,30 @@ def _area_rows(areas: Sequence[PlanZone | PlanSection], lot: str) -> list[_Value
 
 
 def _store_stalls(connection: Connection, contest: _Contest) -> None:
-    """Write stalls, and remove those that are in no plan: their looks become loose."""
+    """Write stalls, and remove those that are in no plan: their looks become loose.
+
+    One that surveys of this store looked at stays, in no version.
+    """
     there = _rows(connection, STALL, contest.names)
     rows = [row for each in contest.parts for row in contest.won(_stall_rows(each))]
     wanted = {row["id"] for row in rows}
-    _loosen(connection, {row["key"]: row["id"] for row in there if row["id"] not in wanted})
+    gone = {row["key"]: row["id"] for row in there if row["id"] not in wanted}
+    kept = _seen_here(connection, gone)
+    loosen(connection, {key: named for key, named in gone.items() if key not in kept})
+    rows += [{**row, "ends": row["begins"]} for row in there if row["key"] in kept]
     sync(connection, STALL, ("id",), there, rows)
     if new := wanted - {row["id"] for row in there}:
-        _tie(connection, new)
+        tie(connection, new)
 
 
-def _loosen(connection: Connection, stalls: Mapping[int, str]) -> None:
+def _seen_here(connection: Connection, stalls: Mapping[int, str]) -> set[int]:
+    """Return the keys of those stalls that surveys of this store looked at."""
+    came = select(DOCUMENT.c.survey)
+    asked = select(OBSERVATION.c.stall).where(is_among(OBSERVATION.c.stall), OBSERVATION.c.survey.not_in(came))
+    return {*connection.execute(asked.distinct(), {"among": json.dumps([*stalls])}).scalars()}
+
+
+def loosen(connection: Connection, stalls: Mapping[int, str]) -> None:
     """Take the looks at stalls, key -> id, out of the table; those of documents wait beside their surveys."""
     if not stalls:
         return
@@ -256,7 +267,7 @@ def _loosen(connection: Connection, stalls: Mapping[int, str]) -> None:
     keep_looks(connection, found)
 
 
-def _tie(connection: Connection, stalls: Collection[str]) -> None:
+def tie(connection: Connection, stalls: Collection[str]) -> None:
     """Bring loose looks at stalls, by id, into the table."""
     keys = keys_of(connection, stalls)
     waiting = select(DOCUMENT.c.survey, DOCUMENT.c.loose).where(DOCUMENT.c.loose != text("'[]'"))
@@ -307,6 +318,13 @@ def _store_sections(connection: Connection, part: LotPart) -> None:
         connection.execute(delete(SECTION).where(SECTION.c.lot == part.id))
         if wanted:
             connection.execute(insert(SECTION), wanted)
+
+
+def _fit_layouts(connection: Connection, part: LotPart) -> None:
+    """Let surveys of this store name layouts that the lot has: it may have fewer than before."""
+    newest = max((each.version for each in part.layouts), default=None)
+    is_beyond = (SURVEY.c.lot == part.id) & (SURVEY.c.layout > newest) & SURVEY.c.seq.not_in(select(DOCUMENT.c.survey))
+    connection.execute(update(SURVEY).where(is_beyond).values(layout=newest))
 
 
 def _text(row: _Values) -> str:

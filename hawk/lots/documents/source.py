@@ -4,22 +4,29 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Mapping
-from dataclasses import asdict
+import zlib
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
 from typing import Any, Final, TypeVar
 
 from pydantic import ValidationError
-from sqlalchemy import Connection, RowMapping, Table, or_, select
+from sqlalchemy import Connection, RowMapping, Table, func, select
 
 from hawk.formats.validation import first_wrong
-from hawk.lots.documents.survey_document import FORMAT, VERSION, Ground, LotPart, Part, SurveyDocument
+from hawk.lots.documents.lot_document import FORMAT as LOT_FORMAT
+from hawk.lots.documents.lot_document import VERSION as LOT_VERSION
+from hawk.lots.documents.lot_document import LotBase, LotDocument, LotPart, plan_digest
+from hawk.lots.documents.parts import Ground, Part
+from hawk.lots.documents.survey_document import FORMAT, VERSION, SurveyDocument
 from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
 from hawk.lots.registration.survey_place import Doubt
 from hawk.lots.rows import is_among
 from hawk.lots.schema import (
+    DOCUMENT,
     FORMER,
     LAYOUT,
     LOT,
+    LOT_DOCUMENT,
     OBSERVATION,
     OUTBOX,
     PIN,
@@ -31,7 +38,6 @@ from hawk.lots.schema import (
 )
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.storage.states import LOT_STATE, SURVEY_STATE
-from hawk.lots.survey.order import newest_first
 from hawk.lots.tables import unpack_stalls
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.lot_map import TileKey
@@ -79,7 +85,7 @@ def document_of(connection: Connection, survey: str, mosaic: Mapping[TileKey, by
         "stalls": found,
         "looks": [dict(each) for each in of_survey],
         "sections": [dict(each) for each in connection.execute(counts.order_by(SECTION_LOOK.c.section)).mappings()],
-        "lots": [_lot(connection, each) for each in sorted(_lots_about(connection, row))],
+        "lots": [sent_lot(connection, each) for each in sorted(_lots_about(connection, row))],
         "mosaic": [
             {"row": key[0], "column": key[1], "jpeg": base64.b64encode(data)} for key, data in sorted(mosaic.items())
         ],
@@ -90,21 +96,17 @@ def document_of(connection: Connection, survey: str, mosaic: Mapping[TileKey, by
 _LOOKED: Final = ("looked_at", "taken_probability", "state", "picture_count")
 
 
-def newest_about(connection: Connection, lot: str) -> str | None:
-    """Return the id of the survey with which a lot's state is sent: its newest, or that of the lot that it became part
-    of, else the newest one that looked at one of its stalls; None without one.
-    """
-    looked = select(OBSERVATION.c.survey).join(STALL, STALL.c.key == OBSERVATION.c.stall).where(STALL.c.lot == lot)
-    into = select(LOT.c.merged_into).where(LOT.c.id == lot)
-    is_about = or_(SURVEY.c.lot == lot, SURVEY.c.lot.in_(into), SURVEY.c.seq.in_(looked))
-    newest = select(SURVEY.c.id).where(is_about).order_by((SURVEY.c.lot == lot).desc(), *newest_first()).limit(1)
-    return connection.execute(newest).scalar()
-
-
 def _lots_about(connection: Connection, row: RowMapping) -> set[str]:
     """Return the lot of a survey, those whose stalls it looked at, and all that became part of them, or they of."""
     looked = select(STALL.c.lot).distinct().join(OBSERVATION, OBSERVATION.c.stall == STALL.c.key)
-    about = {row["lot"], *connection.execute(looked.where(OBSERVATION.c.survey == row["seq"])).scalars()} - {None}
+    return _with_parts(
+        connection, {row["lot"], *connection.execute(looked.where(OBSERVATION.c.survey == row["seq"])).scalars()}
+    )
+
+
+def _with_parts(connection: Connection, lots: Iterable[str | None]) -> set[str]:
+    """Return lots with all that became part of them, or they of."""
+    about = {each for each in lots if each is not None}
     found: set[str] = set()
     while about - found:
         found |= about
@@ -132,8 +134,87 @@ def _survey(connection: Connection, row: RowMapping) -> dict[str, Any]:
     }
 
 
-def _lot(connection: Connection, lot: str) -> LotPart:
-    """Return a lot with its plan. Raises LotStoreError for one that is damaged."""
+def document_of_lot(connection: Connection, lot: str) -> LotDocument | None:
+    """Return the document by which a lot's state is sent to a desk; None where the desk has given it so, and for one
+    that is gone. Raises LotStoreError for a lot that is damaged, or that no document can say.
+    """
+    if connection.execute(select(LOT.c.id).where(LOT.c.id == lot)).first() is None:
+        return None
+    part = lot_part(connection, lot)
+    if (came := came_from_desk(connection, lot)) is not None and not came.is_changed(part):
+        return None
+    lots = tuple(sent_lot(connection, each) for each in sorted(_with_parts(connection, [lot])))
+    return LotDocument(format=LOT_FORMAT, version=LOT_VERSION, state=part.state, lots=lots)
+
+
+def changed_lots(connection: Connection, after: int, limit: int, writer: str | None) -> LotDocument:
+    """Return the lots with newer states than a number, in their order.
+
+    Args:
+        connection: One that reads.
+        after: The number, of an earlier document.
+        limit: The most lots; those that became part of them are beside.
+        writer: Drone that has sent a survey of them, or their plans; None: all lots.
+    """
+    asked = select(OUTBOX.c.seq, OUTBOX.c.body).where(OUTBOX.c.kind == LOT_STATE, OUTBOX.c.seq > after)
+    asked = asked.where(OUTBOX.c.body.in_(select(LOT.c.id)))
+    if writer is not None:
+        of_survey = select(SURVEY.c.lot).join(DOCUMENT, DOCUMENT.c.survey == SURVEY.c.seq)
+        seen = of_survey.where(DOCUMENT.c.writer == writer, SURVEY.c.lot.is_not(None))
+        sent = select(LOT_DOCUMENT.c.lot).where(LOT_DOCUMENT.c.writer == writer)
+        asked = asked.where(OUTBOX.c.body.in_(seen) | OUTBOX.c.body.in_(sent))
+    rows = connection.execute(asked.order_by(OUTBOX.c.seq).limit(limit)).all()
+    newest = select(func.max(OUTBOX.c.seq)).where(OUTBOX.c.kind == LOT_STATE)
+    reached = min(after, connection.execute(newest).scalar() or 0)
+    lots = []
+    for lot in sorted(_with_parts(connection, [row.body for row in rows])):
+        part = lot_part(connection, lot)
+        base = LotBase(plan=plan_digest(part), name=part.name, time_zone=part.time_zone)
+        lots.append(part.model_copy(update={"base": base}))
+    state = rows[-1].seq if rows else reached
+    return LotDocument(format=LOT_FORMAT, version=LOT_VERSION, state=state, lots=tuple(lots))
+
+
+@dataclass(frozen=True, slots=True)
+class GivenLot:
+    """A lot as the desk gave it. ``plan``: digest of the tables here, when they had that."""
+
+    state: int
+    digest: str
+    plan: str
+    part: LotPart
+
+    def is_changed(self, here: LotPart) -> bool:
+        """Return whether the lot was changed here since."""
+        return plan_digest(here) != self.plan or (here.name, here.time_zone) != (self.part.name, self.part.time_zone)
+
+
+def came_from_desk(connection: Connection, lot: str) -> GivenLot | None:
+    """Return a lot as the desk gave it that this store is sent to; None where it did not."""
+    names = (LOT_DOCUMENT.c[name] for name in ("state", "digest", "plan", "body"))
+    row = connection.execute(select(*names).where(LOT_DOCUMENT.c.lot == lot, LOT_DOCUMENT.c.writer == "")).first()
+    if row is None:
+        return None
+    return GivenLot(row.state, row.digest, row.plan, LotPart.model_validate_json(zlib.decompress(row.body)))
+
+
+def sent_lot(connection: Connection, lot: str) -> LotPart:
+    """Return a lot as it is sent to a desk: with the plan that the desk gave, where nobody here has changed that.
+
+    Raises LotStoreError.
+    """
+    part = lot_part(connection, lot)
+    came = came_from_desk(connection, lot)
+    if came is None:
+        return part
+    if plan_digest(part) == came.plan:
+        said = {"state": part.state, "name": part.name, "time_zone": part.time_zone}
+        return came.part.model_copy(update=said)
+    return part.model_copy(update={"base": came.part.base})
+
+
+def lot_part(connection: Connection, lot: str) -> LotPart:
+    """Return a lot with its plan. Raises LotStoreError for one that is damaged, or that no document can say."""
     check_whole(connection, "lot", lot, "lot")
     row = connection.execute(select(LOT).where(LOT.c.id == lot)).mappings().one()
     former = select(STALL.c.id.label("stall"), *_columns(FORMER, (*_SHAPE, "ends"))).join(

@@ -11,7 +11,7 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from sqlalchemy import Connection, Table, bindparam, func, insert, select, text
+from sqlalchemy import Connection, Table, bindparam, func, insert, select, text, update
 
 from hawk.lots.change_log import Group, apply, grouped
 from hawk.lots.plan.values import LASTING, Draft, LayoutSection, LayoutStall
@@ -60,17 +60,26 @@ def _differing(old: LayoutStall, new: LayoutStall) -> tuple[dict[str, Any], dict
 
 
 def _add_stalls(connection: Connection, lot: str, version: int, added: Sequence[LayoutStall]) -> list[int]:
-    """Insert stalls that are no part of the plan yet, and return their keys."""
+    """Store stalls that are no part of the plan yet, and return their keys. One that no version had gets its row again,
+    with the looks at it.
+    """
     if not added:
         return []
+    there = select(STALL.c.id, STALL.c.key).where(is_among(STALL.c.id))
+    known = {row.id: row.key for row in connection.execute(there, {"among": json.dumps([each.id for each in added])})}
     first = next_key(connection, STALL)
-    keys = list(range(first, first + len(added)))
+    new = iter(range(first, first + len(added)))
+    keys = [known[stall.id] if stall.id in known else next(new) for stall in added]
     rows = [
         {"key": key, "id": stall.id, "lot": lot, **{name: getattr(stall, name) for name in LASTING}}
         | {"begins": version, "ends": version, "first_survey": None, "first_id": None}
         for key, stall in zip(keys, added, strict=True)
     ]
-    connection.execute(insert(STALL), rows)
+    if again := [{**row, "again": row["key"]} for row in rows if row["id"] in known]:
+        columns: dict[str, Any] = {name: bindparam(name) for name in ("lot", *LASTING, "begins", "ends")}
+        connection.execute(update(STALL).where(STALL.c.key == bindparam("again")).values(**columns), again)
+    if fresh := [row for row in rows if row["id"] not in known]:
+        connection.execute(insert(STALL), fresh)
     return keys
 
 

@@ -31,7 +31,7 @@ def shared_area(ground: BaseGeometry, other: BaseGeometry) -> float:
 def ground_about(centre: tuple[float, float], outline: Outline) -> BaseGeometry:
     """Return an outline in metres (north, east) about a place (latitude, longitude); empty when it is far off.
 
-    Rings that cross themselves are made valid; holes are cut out.
+    Rings that cross themselves are made valid, spikes and holes are cut off.
     """
     pieces = [polygon for ring in outline.polygons if (polygon := _polygon(centre, ring)) is not None]
     holes = [polygon for ring in outline.holes if (polygon := _polygon(centre, ring)) is not None]
@@ -64,7 +64,8 @@ def _polygon(centre: tuple[float, float], ring: Sequence[tuple[float, float]]) -
     points = about(centre, np.asarray(ring, float))
     if not np.isfinite(points).all() or np.abs(points).max() > _FAR_M:
         return None
-    return make_valid(Polygon(points[:, :2]))
+    # a spike of no width is a line, with which GEOS refuses to overlay
+    return union_all([part for part in get_parts(make_valid(Polygon(points[:, :2]))) if part.area > 0])
 
 
 def joined(outlines: Sequence[Outline]) -> Outline:

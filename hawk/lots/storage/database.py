@@ -27,7 +27,7 @@ from hawk.lots.schema import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
 from hawk.lots.storage.digests import Part, note_damaged, pass_over, seal, seal_everything, words_of
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
-from hawk.lots.values import LotStoreError, StoreBusyError
+from hawk.lots.values import LotStoreError, StoreBusyError, StoreFullError
 from hawk.runtime.files import sync_folder
 from hawk.runtime.late import late
 from hawk.runtime.performance import uncollected
@@ -440,6 +440,8 @@ def explained(path: Path) -> Iterator[None]:
 def _explained(path: Path, error: BaseException | None) -> LotStoreError:
     if getattr(error, "sqlite_errorname", "") == "SQLITE_INTERRUPT":
         return StoreBusyError(TOO_LONG)
+    if getattr(error, "sqlite_errorname", "") == "SQLITE_FULL":
+        return StoreFullError(_words(path, error))
     return LotStoreError(_words(path, error))
 
 

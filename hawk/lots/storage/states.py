@@ -1,7 +1,8 @@
 """States of surveys and lots: with each change one gets the next number of the store, by which the newest state counts.
 
 A state is a row of the outbox whose body is the id, so that its deliveries are noted as those of other messages are.
-What came from another store as a document has its state there.
+A survey that came from another store as a document has its state there. By the states of lots a store that
+sends its surveys here learns which lots have changed.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _OWN: Final[Mapping[str, tuple[str, str]]] = {
     ),
     "lot": (
         LOT_STATE,
-        "SELECT id FROM main.lot WHERE id = ?1 AND NOT EXISTS (SELECT 1 FROM main.lot_document WHERE lot = ?1)",
+        "SELECT id FROM main.lot WHERE id = ?1",
     ),
 }
 """Kind of a part of the store -> kind of its state, and the statement that finds its id by its key."""
@@ -30,7 +31,7 @@ _OWN: Final[Mapping[str, tuple[str, str]]] = {
 def renumber(store: sqlite3.Connection, changed: Iterable[tuple[str, str]]) -> None:
     """Give the parts that a transaction has changed, pairs of kind and key, their next states.
 
-    Others than surveys and lots of this store have none, and a file of an earlier version has no states.
+    Others than surveys of this store and lots have none, and a file of an earlier version has no states.
     """
     if not store.execute("SELECT 1 FROM main.sqlite_master WHERE name = 'document'").fetchone():
         return

@@ -57,11 +57,13 @@ class LotSplit(Given):
 
 
 class Chosen(Given):
-    """Proposals of a survey: lists of their ids, or "all"."""
+    """Proposals of a survey: lists of their ids, or "all"; or those of a drone, all of them, by its name and base."""
 
-    survey: Id
+    survey: Id | None = None
     begin: list[int] | Literal["all"] = []
     end: list[Id] | Literal["all"] = []
+    drone: Name | None = None
+    base: Annotated[str, Field(max_length=64)] = ""
 
 
 class TakeOver(Chosen):
@@ -178,6 +180,14 @@ class SurveyState(Shown):
     survey: Id
     state: Count
     lot: Id | None
+
+
+class LotState(Shown):
+    """A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here."""
+
+    lot: Id
+    state: Count
+    keeps_plan: bool
 
 
 class DueList(Shown):

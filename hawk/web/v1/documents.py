@@ -1,4 +1,4 @@
-"""Documents of surveys that drones send to a desk that collects: committed, then answered.
+"""Documents of surveys and lots that drones send to a desk that collects: committed, then answered; lots that go back.
 
 A drone has a token of its own. It opens the addresses here, and none that commands or changes anything else.
 """
@@ -7,26 +7,39 @@ from __future__ import annotations
 
 import logging
 import re
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
 
-from hawk.lots.documents.survey_document import LARGEST_BYTES
+from hawk.lots.documents.parts import LARGEST_BYTES
+from hawk.lots.store import FILE_S, LotStore
+from hawk.runtime.late import late
 from hawk.web.access.access import access_of
 from hawk.web.access.guesses import is_loopback_peer
 from hawk.web.access.proxied import forwarding_header, is_secure
 from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
-from hawk.web.v1.answers import answered, in_time, opened
-from hawk.web.v1.bodies import SurveyState
+from hawk.web.v1.answers import BUSY, answered, in_time, opened
+from hawk.web.v1.bodies import LotState, SurveyState
 from hawk.web.v1.changes import UNSURE, changed
-from hawk.web.v1.parameters import Query, query_of
+from hawk.web.v1.parameters import ChangedLots, Query, query_of
 from hawk.web.v1.unknown import PATTERNS, ROOT
 
-_LOG = logging.getLogger(__name__)
+if TYPE_CHECKING:  # loaded on the store's threads
+    from sqlalchemy import Connection
 
-FOR_DRONES_ALONE: Final = "A drone's token sends surveys of this drone and reads lots: nothing else."
+    from hawk.lots.documents import parts, source
+else:
+    parts = late("hawk.lots.documents.parts")
+    source = late("hawk.lots.documents.source")
+
+_LOG = logging.getLogger(__name__)
+GZIP: Final = "application/gzip"
+
+FOR_DRONES_ALONE: Final = "A drone's token sends surveys and lots of this drone and reads lots: nothing else."
 FOR_DRONES: Final = (
     "Documents of surveys are for drones: send the token of one. hawk-drone tokens rotate drone --name NAME makes it."
 )
@@ -40,7 +53,7 @@ READ_S: Final = 900.0
 MOST_SENT: Final = 8
 """Documents that are received at once: 32 MB each at most."""
 _READ: Final = re.compile(f"{ROOT}/lots(/.*)?")
-_WRITTEN: Final = re.compile(f"{ROOT}/surveys/{PATTERNS['id']}/document")
+_WRITTEN: Final = re.compile(f"{ROOT}/(surveys|lots)/{PATTERNS['id']}/document")
 
 
 @dataclass(slots=True)
@@ -69,6 +82,43 @@ def is_for_drones(request: web.Request) -> bool:
 async def put(request: web.Request) -> web.StreamResponse:
     """Take the document of a survey in; the same one again is answered the same."""
     drone = _checked_drone(request)
+    async with _sent_document(request, drone) as (store, data):
+        found = await store.collect(data, request.match_info["id"], drone)
+    _LOG.info("survey %s of %s is here, state %d", found.survey, drone, found.state)
+    return changed(SurveyState(survey=found.survey, state=found.state, lot=found.lot))
+
+
+@answered
+async def put_lot(request: web.Request) -> web.StreamResponse:
+    """Take the document of a lot in; the same one again is answered the same."""
+    drone, lot = _checked_drone(request), request.match_info["id"]
+    async with _sent_document(request, drone) as (store, data):
+        found = await store.collect_lot(data, lot, drone)
+    _LOG.info("lot %s of %s is here, state %d%s", lot, drone, found.state, ", another plan" * found.keeps_plan)
+    return changed(LotState(lot=lot, state=found.state, keeps_plan=found.keeps_plan))
+
+
+@answered
+async def changed_lots(request: web.Request) -> web.StreamResponse:
+    """Answer with the lots that changed after a state, as one document."""
+    query, access = query_of(request, ChangedLots), access_of(request)
+    drone = "" if access is None else access.drone
+    if query.seen and not drone:
+        raise web.HTTPForbidden(text=FOR_DRONES)
+    store = await opened(request)
+    writer = drone if query.seen else None
+
+    def work(connection: Connection) -> bytes:
+        return parts.packed(source.changed_lots(connection, query.after, query.limit, writer))
+
+    async with in_time(BUSY):
+        data = await store.read(work, FILE_S)
+    return web.Response(body=data, content_type=GZIP, headers={hdrs.CACHE_CONTROL: "no-store"})
+
+
+@asynccontextmanager
+async def _sent_document(request: web.Request, drone: str) -> AsyncIterator[tuple[LotStore, bytes]]:
+    """Give the store and the bytes that a drone sends, one document at a time. Raises HTTPServiceUnavailable."""
     query_of(request, Query)
     senders = request.app[_SENDERS].names
     if drone in senders or len(senders) >= MOST_SENT:
@@ -79,11 +129,9 @@ async def put(request: web.Request) -> web.StreamResponse:
         data = await sent_file(request, LARGEST_BYTES, READ_S, words)
         store = await opened(request)
         async with in_time(UNSURE):
-            found = await store.collect(data, request.match_info["id"], drone)
+            yield store, data
     finally:
         senders.discard(drone)
-    _LOG.info("survey %s of %s is here, state %d", found.survey, drone, found.state)
-    return changed(SurveyState(survey=found.survey, state=found.state, lot=found.lot))
 
 
 def _checked_drone(request: web.Request) -> str:

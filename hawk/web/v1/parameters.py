@@ -94,6 +94,14 @@ class Listed(Query):
     after: Place | None = None
 
 
+class ChangedLots(Query):
+    """States of lots that are asked for."""
+
+    after: Annotated[int, Field(ge=0, description="`state` of the document before; without it all lots"), OF_DIGITS] = 0
+    limit: Annotated[int, Field(ge=1, le=100, description="most lots of the answer; 10 without it"), OF_DIGITS] = 10
+    seen: Annotated[bool, Field(description="true: lots alone that the drone of the token has sent")] = False
+
+
 class Period(Query):
     """A period by the clock of a time zone."""
 

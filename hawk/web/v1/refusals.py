@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from http import HTTPStatus
 from typing import Final
 
 from aiohttp import web
@@ -18,6 +19,7 @@ from hawk.lots.values import (
     NotFoundError,
     OtherDroneError,
     StoreBusyError,
+    StoreFullError,
     utc,
 )
 from hawk.store.recordings import NotThatRecordingError
@@ -45,7 +47,7 @@ REFUSALS: Final = (RefusedError, LotStoreError, NotThatRecordingError, Validatio
 def refusal_of(error: Exception) -> RefusedError:
     """Return the refusal that one of `REFUSALS` or OSError means: 422 for a value, 404 for an id, 409 for a store.
 
-    503 for one that is busy.
+    503 for one that is busy, 507 for one whose disk is full.
     """
     match error:
         case RefusedError():
@@ -60,6 +62,8 @@ def refusal_of(error: Exception) -> RefusedError:
             return RefusedError(web.HTTPGone.status_code, *_of(error))
         case StoreBusyError():
             return RefusedError(web.HTTPServiceUnavailable.status_code, "", str(error))
+        case StoreFullError():
+            return RefusedError(HTTPStatus.INSUFFICIENT_STORAGE, "", str(error))
         case BeingEditedError():
             more = {"who": error.who, "since": utc(error.since)}
             return RefusedError(web.HTTPConflict.status_code, *_named(error), more)

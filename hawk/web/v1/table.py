@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hawk.exports.formats import CONTENT_TYPES
 from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
+from hawk.lots.documents.lot_document import LotDocument
 from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.plan import answers as plans
 from hawk.lots.plan_import.answers import PlanPreview
@@ -256,7 +257,12 @@ _FEEDS: Final = (
               exports.survey_tile, None, content_types=("image/jpeg",)),
     Operation("PUT", "/surveys/{id}/document", "put_document", "Send a survey as a document, packed by gzip, to a desk "
               "that collects; an earlier state changes nothing", SURVEYS, documents.put, bodies.SurveyState,
-              body=SurveyDocument, body_type="application/gzip", for_drones=True),
+              body=SurveyDocument, body_type=documents.GZIP, for_drones=True),
+    Operation("PUT", "/lots/{id}/document", "put_lot_document", "Send a lot with its plan as a document, packed by "
+              "gzip, to a desk that collects; an earlier state changes nothing", LOTS, documents.put_lot,
+              bodies.LotState, body=LotDocument, body_type=documents.GZIP, for_drones=True),
+    Operation("GET", "/lots/documents", "changed_lots", "Lots that changed, with their plans, as such a document", LOTS,
+              documents.changed_lots, None, parameters.ChangedLots, content_types=(documents.GZIP,), has_tag=False),
     Operation("GET", "/surveys/{id}/files/{kind}", "survey_file", "A survey as a file; 409 where it cannot be drawn",
               FEEDS, exports.survey_file, None, content_types=_FILES),
 )  # fmt: skip

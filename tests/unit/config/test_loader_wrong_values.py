@@ -72,6 +72,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "webhooks.urls": ("example.org", "ftp://x.example", "https://", "https:///hook"),
     "webhooks.secret": ("", "short", "whsec_" + "%" * 24),
     "collect.url": ("desk.example", "ftp://x.example", "https://", "http://x.example"),
+    "collect.lots": NO_WORD,
     "log.level": ("", "loud"),
 }
 """Those that are neither numbers nor paths nor true or false."""

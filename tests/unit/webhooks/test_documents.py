@@ -12,13 +12,14 @@ import pytest
 from aiohttp import web
 from aiohttp.test_utils import TestServer
 from pydantic import ValidationError
-from sqlalchemy import func, select
+from sqlalchemy import Connection, func, select
 
 from hawk.config.sections import CollectSettings
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots import outbox
-from hawk.lots.documents import survey_document
-from hawk.lots.schema import DELIVERY, DOCUMENT, OUTBOX, SURVEY
+from hawk.lots import commands, outbox
+from hawk.lots.documents import parts
+from hawk.lots.plan import edits
+from hawk.lots.schema import DELIVERY, DOCUMENT, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.states import KINDS
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
@@ -66,6 +67,10 @@ class Line:
         async with asyncio.timeout(15):
             while await self.waiting():  # noqa: ASYNC110 - another thread writes it
                 await asyncio.sleep(0.01)
+
+    async def names(self) -> list[str]:
+        """Return the names of the drone's lots."""
+        return list(await self.store.read(lambda c: c.execute(select(LOT.c.name)).scalars().all()))
 
     async def surveys(self) -> list[str]:
         found = await self.centre.read(lambda c: c.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all())
@@ -171,10 +176,31 @@ async def test_a_desk_that_is_away_gets_everything_when_it_is_back_and_the_opera
     assert len(await line.surveys()) == 3
 
 
+@pytest.mark.parametrize("status", [429, 503, 507])
+async def test_a_desk_that_takes_nothing_now_counts_against_no_survey(line: Line, status: int) -> None:
+    line.drone.add(survey())
+    asked = 0
+
+    async def full(_: web.Request) -> web.Response:
+        nonlocal asked
+        asked += 1
+        return web.Response(status=status)
+
+    desk = web.Application()
+    desk.router.add_route("*", "/{path:.*}", full)
+    server = TestServer(desk)
+    await server.start_server()
+    async with running(line.sender(str(server.make_url("/")))):
+        await until(lambda: asked > 2, 20)
+    await server.close()
+    tried = await line.store.read(lambda c: c.execute(select(func.count()).select_from(DELIVERY)).scalar_one())
+    assert tried == 0
+
+
 @pytest.mark.slow
 async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
-    theirs = survey_document.packed(line.drone.document(stored[1]))
+    theirs = parts.packed(line.drone.document(stored[1]))
     await line.centre.collect(theirs, stored[1], "Drone 2")
     async with running(line.sender()):
         async with asyncio.timeout(10):
@@ -205,7 +231,7 @@ async def test_nothing_is_sent_while_the_motors_are_on(line: Line) -> None:
 async def test_in_flight_no_more_is_sent_than_the_setting_allows(line: Line) -> None:
     stored = line.drone.add(survey())
     line.is_flown = True
-    size, kbit_s = len(survey_document.packed(line.drone.document(stored.survey))), 100
+    size, kbit_s = len(parts.packed(line.drone.document(stored.survey))), 100
     began = time.monotonic()
     async with running(line.sender(kbit_s=kbit_s)):
         await line.is_received()
@@ -273,3 +299,50 @@ def test_settings_that_cannot_be_used_are_refused(given: dict[str, Any], words: 
 def test_a_desk_on_this_computer_may_be_without_tls(tmp_path: Path) -> None:
     for host in ("localhost:3000", "127.0.0.1:3000"):
         assert CollectSettings.model_validate({"url": f"http://{host}/", "token_file": str(tmp_path)}).url is not None
+
+
+async def test_a_plan_corrected_at_the_desk_is_on_the_drone_after_some_looks(line: Line) -> None:
+    lot = line.drone.add(survey()).lot
+    async with running(line.sender()):
+        await line.is_received()
+        await line.centre.write(lambda c: commands.rename(c, str(lot), "North", "operator", time.time()))
+        async with asyncio.timeout(15):
+            while await line.names() != ["North"]:  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+        await line.is_received()
+    assert line.said == []
+
+
+@pytest.mark.fault("a lot changes at the desk while the motors are on", "it is asked for after the landing")
+async def test_no_lot_is_asked_for_while_the_motors_are_on(line: Line) -> None:
+    lot = line.drone.add(survey()).lot
+    async with running(line.sender()):
+        await line.is_received()
+    line.is_flown = True
+    await line.centre.write(lambda c: commands.rename(c, str(lot), "North", "operator", time.time()))
+    async with running(line.sender(kbit_s=1000)):
+        await asyncio.sleep(0.5)
+        assert await line.names() == ["Lot 1"]
+        line.is_flown = False
+        async with asyncio.timeout(15):
+            while await line.names() != ["North"]:  # noqa: ASYNC110 - another thread writes it
+                await asyncio.sleep(0.01)
+
+
+async def test_a_plan_changed_at_both_ends_is_the_desks_and_the_operator_hears_it(line: Line) -> None:
+    lot = line.drone.add(survey()).lot
+    assert lot is not None
+    async with running(line.sender()):
+        await line.is_received()
+    await line.centre.write(lambda c: edited(c, lot, {"do": "rename", "row": "A", "to": "X"}))
+    line.drone.edit(lot, {"do": "remove", "row": "B"})
+    async with running(line.sender()):
+        await until(lambda: bool(line.said), 20)
+    assert line.said == [("The plan of Lot 1 is the desk's now; some of your changes are not in it.", "")]
+
+
+def edited(connection: Connection, lot: str, operation: dict[str, Any]) -> None:
+    """Edit a plan as a person at the desk does."""
+    opened = edits.open_edit(connection, lot, {"who": "Bob"}, time.time())
+    edits.do(connection, lot, {"edit": opened.edit, "operation": operation}, time.time())
+    edits.close(connection, lot, {"edit": opened.edit}, time.time())

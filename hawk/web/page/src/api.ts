@@ -197,6 +197,23 @@ export interface DoubtfulSurvey {
   places: number;
 }
 
+/** Changes of a plan on a drone, of a plan that was changed here since. `areas`: names of zones and sections. */
+export interface DroneProposals {
+  drone: string;
+  base: string;
+  begin: DroneStall[];
+  end: DroneStall[];
+  change: DroneStall[];
+  areas: string[];
+}
+
+/** A stall as a drone's plan has it. */
+export interface DroneStall {
+  id: string;
+  label: string;
+  corners: [number, number][];
+}
+
 /** Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them. */
 export interface DueList {
   items: string[];
@@ -457,6 +474,13 @@ export interface LotList {
   items: ListedLot[];
 }
 
+/** A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here. */
+export interface LotState {
+  lot: string;
+  state: number;
+  keeps_plan: boolean;
+}
+
 /** A stall of the layout. */
 export interface MissedStall {
   id: string;
@@ -666,11 +690,12 @@ export interface Problem {
   sentences: SpokenSentence[];
 }
 
-/** Changes of a lot's layout that its newest surveys propose. */
+/** Changes of a lot's layout that its newest surveys propose, and those that were made on drones. */
 export interface Proposals {
   lot: string;
   datum: [number, number];
   surveys: SurveyProposals[];
+  drones: DroneProposals[];
   doubtful: DoubtfulSurvey[];
 }
 

@@ -26,6 +26,7 @@ const CHANGES = {
       end: [{ id: "x", label: "B 1", is_confirmed: true, corners: CORNERS }],
     },
   ],
+  drones: [] as unknown[],
   doubtful: [{ survey: "d", ended: "2026-05-06T12:00:00Z", why: "two places fit alike", places: 2 }],
 };
 const PLACES = { known: [[0, 0, 0, 2.5, 5]], places: [{ stalls: [[0, 0, 0, 2.5, 5]] }, { stalls: [[0, 2.5, 0, 2.5, 5]] }] };
@@ -74,6 +75,22 @@ describe("what surveys propose for a lot", () => {
     assert.match(stage.text, /begins\s*ends/);
     await stage.press("Show on the map");
     assert.equal(stage.part.model.lotChanges, null);
+  });
+
+  it("of a drone is said by its name, shown on the map, and taken over or dropped as a whole", async () => {
+    const stall = { id: "n", label: "C 1", corners: CORNERS };
+    const ofDrone = { drone: "Drone 2", base: "b", begin: [stall, stall], end: [stall], change: [stall], areas: ["Kerb"] };
+    for (const [button, address] of [["Take over", "take-over"], ["Drop", "drop"]] as const) {
+      sent = [];
+      changes = { ...CHANGES, surveys: [], doubtful: [], drones: [ofDrone] };
+      const stage = await shown();
+      assert.match(stage.text, /2 stalls added, 1 stall removed, 1 stall changed, zones and sections: Kerb/);
+      assert.match(stage.text, /By the operator of Drone 2, while the plan was changed here/);
+      await stage.press("Show on the map");
+      assert.deepEqual([stage.part.model.lotChanges?.begin.length, stage.part.model.lotChanges?.end.length], [3, 1]);
+      await stage.press(button);
+      assert.deepEqual(sent, [[`api/v1/lots/a/${address}`, { drone: "Drone 2", base: "b" }]]);
+    }
   });
 
   it("lies on the map where it lies on Earth", async () => {

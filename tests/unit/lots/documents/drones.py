@@ -12,7 +12,7 @@ from sqlalchemy import Connection, select
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands
-from hawk.lots.documents import source, survey_document
+from hawk.lots.documents import parts, source, survey_document
 from hawk.lots.documents.collection import DocumentOutcome, collect
 from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.ingest import save
@@ -51,6 +51,7 @@ class Drone:
 
     store: Database
     sent: list[bytes] = field(default_factory=list)
+    now: float = NOW
 
     @classmethod
     def at(cls, path: Path) -> Drone:
@@ -65,10 +66,12 @@ class Drone:
             return act(connection, *given)
 
     def edit(self, lot: str, *operations: Mapping[str, Any]) -> None:
-        opened = self.do(edits.open_edit, lot, {"who": "Ann"}, NOW)
-        for each in operations:
-            self.do(edits.do, lot, {"edit": opened.edit, "operation": each}, NOW)
-        self.do(edits.close, lot, {"edit": opened.edit}, NOW)
+        opened = self.do(edits.open_edit, lot, {"who": "Ann"}, self.now)
+        try:
+            for each in operations:
+                self.do(edits.do, lot, {"edit": opened.edit, "operation": each}, self.now)
+        finally:
+            self.do(edits.close, lot, {"edit": opened.edit}, self.now)
 
     def document(self, named: str, mosaic: Mapping[TileKey, bytes] | None = None) -> SurveyDocument:
         with self.store.reading() as connection:
@@ -80,7 +83,7 @@ class Drone:
 
     def send(self) -> None:
         """Note the documents of all surveys as they are now."""
-        self.sent += [data for each in self.documents() if (data := survey_document.packed(each)) not in self.sent]
+        self.sent += [data for each in self.documents() if (data := parts.packed(each)) not in self.sent]
 
 
 def _surveys(connection: Connection) -> Sequence[str]:

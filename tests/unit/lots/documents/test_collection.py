@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from sqlalchemy import select
 
 from hawk.lots import commands
-from hawk.lots.documents import survey_document
+from hawk.lots.documents import parts, survey_document
 from hawk.lots.schema import ERASED, SECTION_LOOK, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erased_id
@@ -142,10 +142,10 @@ def test_an_earlier_state_that_comes_later_changes_nothing(drone: Drone, centre:
     states = [each for each in documents if each.survey.landing == 1]
     newest = max(states, key=lambda each: each.survey.state)
     assert len(states) > 2
-    taken = collected(centre, survey_document.packed(newest))
+    taken = collected(centre, parts.packed(newest))
     before = shown(centre)
     for each in states:
-        assert collected(centre, survey_document.packed(each)).state == taken.state
+        assert collected(centre, parts.packed(each)).state == taken.state
     assert shown(centre)["survey"] == before["survey"]
 
 
@@ -159,7 +159,7 @@ def test_a_survey_of_another_drone_and_of_this_store_is_refused(drone: Drone, tm
             collected(store, first, writer)
     document = survey_document.unpacked(first)
     other = document.survey.model_copy(update={"id": "123e4567-e89b-42d3-a456-426614174000", "state": 999})
-    renamed = survey_document.packed(document.model_copy(update={"survey": other}))
+    renamed = parts.packed(document.model_copy(update={"survey": other}))
     with pytest.raises(OtherDroneError, match=r"survey\.id: this flight was sent as another survey"):
         collected(store, renamed)
     assert shown(store) == before
@@ -177,7 +177,7 @@ def test_a_plan_of_another_drones_lot_is_left_out_and_the_survey_is_kept(drone: 
     document = survey_document.unpacked(drone.sent[2])
     lot = document.lots[0].model_copy(update={"name": "Mine now", "state": 10**6})
     theirs = document.model_copy(update={"lots": (lot,)})
-    assert collected(centre, survey_document.packed(theirs), "Drone 2").keeps_plan
+    assert collected(centre, parts.packed(theirs), "Drone 2").keeps_plan
     found = shown(centre)
     assert [found[name] for name in ("lot", "stall", "layout")] == [before[name] for name in ("lot", "stall", "layout")]
     assert len(found["survey"]) == len(before["survey"]) + 1

@@ -9,11 +9,11 @@ import pytest
 from sqlalchemy import select, update
 
 from hawk.lots import commands, outbox
-from hawk.lots.documents import source, survey_document
+from hawk.lots.documents import lot_document, parts, source
 from hawk.lots.schema import OUTBOX, SURVEY
 from hawk.lots.storage import states
 from hawk.lots.storage.backup import backup, restore
-from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.lots.values import LotStoreError, NotFoundError, new_id
 from tests.unit.lots.documents.drones import NOW, WHO, Drone, days, tile, vehicle
 from tests.unit.lots.surveys import later, survey
 
@@ -50,7 +50,7 @@ def test_no_vehicle_is_in_a_document_and_the_counts_of_sections_are(drone: Drone
     seen = drone.add(replace(later(survey(), 2), vehicles=(vehicle(1, -1.25, 60.125),)))
     document = drone.document(seen.survey)
     assert [(each.source, each.parked) for each in document.sections] == [("vehicles", 1)]
-    text = gzip.decompress(survey_document.packed(document)).decode()
+    text = gzip.decompress(parts.packed(document)).decode()
     assert "60.12" not in text
     assert "1.25" not in text
     assert '"car"' not in text
@@ -128,18 +128,17 @@ def test_reports_to_programs_are_no_states(drone: Drone) -> None:
 
 
 @pytest.mark.slow
-def test_a_lot_without_a_survey_of_its_own_goes_with_one_that_looked_at_its_stalls(drone: Drone) -> None:
+def test_each_state_of_a_lot_makes_a_document_that_can_be_read(drone: Drone) -> None:
+    asked = select(OUTBOX.c.seq, OUTBOX.c.body).where(OUTBOX.c.kind == states.LOT_STATE)
     for _ in days(drone):
         with drone.store.reading() as connection:
-            found = [
-                (state, source.newest_about(connection, state))
-                for state in connection.execute(
-                    select(OUTBOX.c.body).where(OUTBOX.c.kind == states.LOT_STATE)
-                ).scalars()
-            ]
-        for lot, named in found:
-            assert named is not None
-            assert lot in {each.id for each in drone.document(named).lots}
+            for seq, lot in connection.execute(asked).all():
+                document = source.document_of_lot(connection, lot)
+                assert document is not None
+                assert document.state == seq
+                assert lot_document.unpacked(parts.packed(document)) == document
+                assert lot in {each.id for each in document.lots}
+                assert source.document_of_lot(connection, new_id()) is None
 
 
 def test_what_is_not_there_or_damaged_is_refused_with_its_name(drone: Drone) -> None:

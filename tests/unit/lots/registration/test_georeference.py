@@ -129,3 +129,11 @@ def test_grounds_that_touch_share_nothing() -> None:
         along = np.array([math.cos(heading), math.sin(heading)]) * 22.5
         grounds = polygons(row_shapes(Row((0.0, 0.0), (along[0], along[1]), (-along[1], along[0]), 9)))
         assert [shared_area(*pair) for pair in pairwise(grounds)] == pytest.approx([0.0] * 8, abs=0.1)
+
+
+def test_an_outline_with_a_spike_is_ground_without_it() -> None:
+    ring = box(0, 0, HIGH, WIDE).polygons[0]
+    middle = ((ring[0][0] + ring[1][0]) / 2, (ring[0][1] + ring[1][1]) / 2)
+    beyond = (middle[0], middle[1] - 0.001)
+    spiked = Outline(((ring[0], middle, beyond, middle, *ring[1:]),))
+    assert which_lot(box(0, 0, HIGH, WIDE), [Parcel("a", spiked)]).candidates[0].overlap == pytest.approx(1.0, abs=0.01)

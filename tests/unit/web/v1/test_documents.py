@@ -16,7 +16,8 @@ from hawk.comm.protocol.authority import Role
 from hawk.comm.protocol.command_table import COMMAND_TABLE
 from hawk.daemon.desk import refuse
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.lots.documents import survey_document
+from hawk.lots.documents import lot_document, parts, source, survey_document
+from hawk.lots.documents.lot_document import LotDocument, plan_digest
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import Placed
@@ -64,7 +65,7 @@ class Centre:
             return answer.status, json.loads(text) if text else None
 
     async def send(self, document: survey_document.SurveyDocument, token: str = "") -> tuple[int, Any]:
-        return await self.put(survey_document.packed(document), document.survey.id, token)
+        return await self.put(parts.packed(document), document.survey.id, token)
 
 
 @pytest.fixture
@@ -124,7 +125,7 @@ async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Cent
 @pytest.mark.slow
 async def test_what_is_no_document_of_that_survey_is_refused_with_its_field(centre: Centre) -> None:
     first, second = centre.documents()
-    data = survey_document.packed(first)
+    data = parts.packed(first)
     for given, field in ((data[: len(data) // 2], "document"), (b"", "document"), (b"{}", "document")):
         status, problem = await centre.put(given, first.survey.id)
         assert (status, problem["field"]) == (422, field)
@@ -170,10 +171,62 @@ async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: 
         for path in ("/logout", "/api/area-file"):
             async with session.post(centre.url(path), data=b"{}") as answer:
                 assert answer.status == 403, path
-    assert ("PUT", "/surveys/{id}/document") in opened
-    assert opened - {("PUT", "/surveys/{id}/document")} == {
+    written = {("PUT", "/surveys/{id}/document"), ("PUT", "/lots/{id}/document")}
+    assert opened - written == {
         (each.method, each.path) for each in OPERATIONS if each.method == "GET" and each.path.startswith("/lots")
     }
+
+
+@pytest.mark.slow
+async def test_a_lot_goes_to_the_desk_and_back_as_one_form_of_document(centre: Centre) -> None:
+    first, _ = centre.documents()
+    lot = first.survey.lot
+    assert lot is not None
+    with centre.drone.store.reading() as connection:
+        document = source.document_of_lot(connection, lot)
+    assert document is not None
+    url = centre.url(f"/api/v1/lots/{lot}/document")
+    async with centre.tool(centre.tokens[ONE]) as session:
+        for _ in range(2):
+            async with session.put(url, data=parts.packed(document)) as answer:
+                wanted = {"lot": lot, "state": document.state, "keeps_plan": False}
+                assert (answer.status, await answer.json()) == (200, wanted)
+        asked = f"{centre.url('/api/v1/lots/documents')}?after={{}}&seen={{}}"
+        async with session.get(asked.format(0, "true")) as answer:
+            assert answer.content_type == "application/gzip"
+            back = lot_document.unpacked(await answer.read())
+        assert [plan_digest(each) for each in back.lots] == [plan_digest(each) for each in document.lots]
+        async with session.get(asked.format(back.state, "false")) as answer:
+            after = lot_document.unpacked(await answer.read())
+        assert (after.state, after.lots) == (back.state, ())
+    async with centre.tool(centre.tokens[OTHER]) as session:
+        for seen, count in (("true", 0), ("false", 1)):
+            async with session.get(asked.format(0, seen)) as answer:
+                assert len(lot_document.unpacked(await answer.read()).lots) == count
+
+
+@pytest.mark.slow
+async def test_a_lot_that_contradicts_itself_is_refused_with_its_field(centre: Centre) -> None:
+    first, _ = centre.documents()
+    lot, stall = first.lots[0], first.lots[0].stalls[0]
+    wrong = {
+        "survey.layout": first.model_copy(update={"survey": first.survey.model_copy(update={"layout": 99})}),
+        "lots[0].stalls[0].begins": with_lot(first, stalls=(stall.model_copy(update={"begins": 77}), *lot.stalls[1:])),
+        "lots[0].merged_into": with_lot(first, merged_into=lot.id),
+    }
+    for field, document in wrong.items():
+        status, problem = await centre.send(document)
+        assert (status, problem["field"]) == (422, field)
+    async with centre.tool(centre.tokens[ONE]) as session:
+        path = "/api/v1/lots/123e4567-e89b-42d3-a456-426614174000/document"
+        other = LotDocument(format="hawk lots", version=1, state=1, lots=first.lots)
+        async with session.put(centre.url(path), data=parts.packed(other)) as answer:
+            assert (answer.status, (await answer.json())["field"]) == (422, "lots")
+
+
+def with_lot(document: survey_document.SurveyDocument, **values: object) -> survey_document.SurveyDocument:
+    """Return a document whose first lot has other values."""
+    return document.model_copy(update={"lots": (document.lots[0].model_copy(update=values), *document.lots[1:])})
 
 
 @pytest.mark.slow
@@ -220,9 +273,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
         status, problem = await centre.send(first, centre.stand.tokens[role])
         assert status == 403
         assert "are for drones" in problem["detail"]
-    status, problem = await centre.put(
-        survey_document.packed(first), first.survey.id, **{"X-Forwarded-For": "192.0.2.1"}
-    )
+    status, problem = await centre.put(parts.packed(first), first.survey.id, **{"X-Forwarded-For": "192.0.2.1"})
     assert status == 403
     assert "HTTPS" in problem["detail"]
 
@@ -230,7 +281,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
 @pytest.mark.slow
 async def test_a_stranger_and_another_origin_send_no_document(centre: Centre) -> None:
     first, _ = centre.documents()
-    data = survey_document.packed(first)
+    data = parts.packed(first)
     status, problem = await centre.put(data, first.survey.id, Origin="https://elsewhere.example")
     assert (status, problem["detail"].split(":")[0]) == (403, "Origin")
     url = centre.url(f"/api/v1/surveys/{first.survey.id}/document")
@@ -278,7 +329,7 @@ async def test_a_drone_sends_one_document_at_a_time(centre: Centre) -> None:
     begun, goes_on = asyncio.Event(), asyncio.Event()
 
     async def slowly() -> AsyncIterator[bytes]:
-        data = survey_document.packed(first)
+        data = parts.packed(first)
         yield data[:100]
         begun.set()
         await goes_on.wait()

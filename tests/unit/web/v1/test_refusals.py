@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError
+from hawk.lots.values import BeingEditedError, LotInputError, LotStoreError, NotFoundError, StoreFullError
 from hawk.store.recordings import NotThatRecordingError
 from hawk.web.v1.refusals import RefusedError, refusal_of
 
@@ -15,6 +15,7 @@ from hawk.web.v1.refusals import RefusedError, refusal_of
         (LotInputError("name", "is empty"), 422, {"field": "name", "reason": "is empty"}),
         (NotFoundError("lot: there is none"), 404, {"field": "lot", "reason": "there is none"}),
         (LotStoreError("/var/lots.db: is full"), 409, {"field": "", "reason": "/var/lots.db: is full"}),
+        (StoreFullError("/var/lots.db: is full"), 507, {"field": "", "reason": "/var/lots.db: is full"}),
         (
             BeingEditedError("Ann", 1.8e9, "Ann edits"), 409,
             {"field": "edit", "reason": "Ann edits", "who": "Ann", "since": "2027-01-15T08:00:00Z"},

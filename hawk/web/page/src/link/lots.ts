@@ -1,4 +1,4 @@
-import type { ChangeList, ListedLot, PossiblePlaces, Proposals, Survey, SurveyProposals } from "../api.ts";
+import type { ChangeList, DroneProposals, ListedLot, PossiblePlaces, Proposals, Survey, SurveyProposals } from "../api.ts";
 import { say } from "../words/say.ts";
 import { answer, API, orNull, post, read, readAll, Refused } from "./api.ts";
 
@@ -54,6 +54,16 @@ export function takeOver(lot: string, changes: SurveyProposals, all: boolean): P
 /** Drops all proposals of a survey; returns the reason why that failed, else nothing. */
 export function dropChanges(lot: string, survey: string): Promise<string> {
   return change(`lots/${lot}/drop`, { survey, begin: "all", end: "all" });
+}
+
+/** Takes the changes of a plan on a drone over; returns the reason why that failed, else nothing. */
+export function takeOverDrone(lot: string, { drone, base }: DroneProposals): Promise<string> {
+  return change(`lots/${lot}/take-over`, { drone, base });
+}
+
+/** Drops the changes of a plan on a drone; returns the reason why that failed, else nothing. */
+export function dropDrone(lot: string, { drone, base }: DroneProposals): Promise<string> {
+  return change(`lots/${lot}/drop`, { drone, base });
 }
 
 /** Says where a survey lies; returns the reason why that failed, else nothing. */

@@ -855,6 +855,7 @@ the-pilot-s-switch-may-not-work = The pilot's switch may not work.
 the-place-is-not-confirmed-as-inside-the-lot-any-longer = The place is not confirmed as inside the lot any longer.
 the-place-is-not-on-known-lot-inside-the-fence = the place is not on known lot inside the fence
 the-place-turned-out-to-be-outside-the-lot = The place turned out to be outside the lot.
+the-plan-of-name-is-the-desk-s-now-some-of-your-changes-are = The plan of { $name } is the desk's now; some of your changes are not in it.
 the-plan-of-name-was-changed-signed-as-person = The plan of { $name } was changed, signed as { $person }.
 the-planner-gives-no-further-path = The planner gives no further path.
 the-pose-is-older-than-age-s = the pose is older than { $age } s

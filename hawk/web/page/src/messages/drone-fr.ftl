@@ -1015,3 +1015,4 @@ zone-number-where-move-its-corners-inside-the-fence = Zone { $number } : { $wher
 zone-number-with-margin-m-around-it-it-cuts-area-m-off-the = Zone { $number } : avec { $margin }{ "\u00A0" }m autour, elle coupe { $area }{ "\u00A0" }m² de l'intérieur de la géobarrière : déplacez-la, dessinez-la plus petite, ou dessinez la géobarrière pour que cette partie soit dehors.
 zone-number-with-margin-m-around-it-nothing-is-left-to-fly = Zone { $number } : avec { $margin }{ "\u00A0" }m autour, rien ne reste pour voler : dessinez-la plus petite.
 zone-one-it-crosses-or-holds-zone-other-remedy = Zone { $one } : elle croise ou contient la zone { $other } : { $remedy }.
+the-plan-of-name-is-the-desk-s-now-some-of-your-changes-are = Le plan de { $name } est désormais celui du bureau ; certaines de vos modifications n’y sont pas.

@@ -598,6 +598,23 @@ stalls-end =
         [one] 1 stall ends
        *[other] { $stalls } stalls end
     }
+stalls-added =
+    { $stalls ->
+        [one] 1 stall added
+       *[other] { $stalls } stalls added
+    }
+stalls-removed =
+    { $stalls ->
+        [one] 1 stall removed
+       *[other] { $stalls } stalls removed
+    }
+stalls-changed =
+    { $stalls ->
+        [one] 1 stall changed
+       *[other] { $stalls } stalls changed
+    }
+areas-changed = zones and sections: { $names }
+changed-on-drone = By the operator of { $drone }, while the plan was changed here
 show-on-map = Show on the map
 take-over-changes = Take over
 drop-changes = Drop

@@ -593,6 +593,23 @@ stalls-end =
         [one] { $stalls } place disparaît
        *[other] { $stalls } places disparaissent
     }
+stalls-added =
+    { $stalls ->
+        [one] { $stalls } place ajoutée
+       *[other] { $stalls } places ajoutées
+    }
+stalls-removed =
+    { $stalls ->
+        [one] { $stalls } place retirée
+       *[other] { $stalls } places retirées
+    }
+stalls-changed =
+    { $stalls ->
+        [one] { $stalls } place modifiée
+       *[other] { $stalls } places modifiées
+    }
+areas-changed = zones et sections : { $names }
+changed-on-drone = Par l’opérateur de { $drone }, pendant que le plan changeait ici
 show-on-map = Montrer sur la carte
 take-over-changes = Reprendre
 drop-changes = Écarter

@@ -367,6 +367,11 @@ export interface Messages {
   "a-new-lot": Record<string, never>;
   "stalls-begin": { stalls: number };
   "stalls-end": { stalls: number };
+  "stalls-added": { stalls: number };
+  "stalls-removed": { stalls: number };
+  "stalls-changed": { stalls: number };
+  "areas-changed": { names: string | number };
+  "changed-on-drone": { drone: string | number };
   "show-on-map": Record<string, never>;
   "take-over-changes": Record<string, never>;
   "drop-changes": Record<string, never>;

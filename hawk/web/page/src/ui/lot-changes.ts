@@ -1,7 +1,7 @@
 import { html, nothing, type PropertyValues, svg, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import type { Proposals, SurveyProposals } from "../api.ts";
-import { dropChanges, fetchProposals, takeOver } from "../link/lots.ts";
+import type { DroneProposals, Proposals, SurveyProposals } from "../api.ts";
+import { dropChanges, dropDrone, fetchProposals, takeOver, takeOverDrone } from "../link/lots.ts";
 import { isViewer } from "../words/actions.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
@@ -12,7 +12,11 @@ import { drone } from "./quoting.ts";
 const BEGINS = svg`<svg class="swatch" viewBox="0 0 32 20" aria-hidden="true"><rect x="2" y="2" width="28" height="16" class="begins"/></svg>`;
 const ENDS = svg`<svg class="swatch" viewBox="0 0 32 20" aria-hidden="true"><path d="M2 2H30V18H2ZL30 18M30 2L2 18" class="ends"/></svg>`;
 
-/** What the surveys of a lot propose to change, and those whose place is not certain. Sends "lot-changed". */
+type Changes = SurveyProposals | DroneProposals;
+
+const named = ({ drone, base }: DroneProposals): string => `${drone} ${base}`;
+
+/** Proposed changes of a lot, by its surveys and by drones, and surveys whose place is not certain. Sends "lot-changed". */
 @customElement("hawk-lot-changes")
 export class LotChangesList extends Part {
   @property() lot = "";
@@ -30,9 +34,10 @@ export class LotChangesList extends Part {
 
   override render(): TemplateResult | typeof nothing {
     const { found } = this;
-    if (found === null || found.surveys.length + found.doubtful.length === 0) return nothing;
+    if (found === null || found.surveys.length + found.drones.length + found.doubtful.length === 0) return nothing;
     return html`<div class="changes">${found.doubtful.map((doubtful) => html`<hawk-lot-doubt .model=${this.model} .doubtful=${doubtful} @place-chosen=${this.changed}></hawk-lot-doubt>`)}
       ${found.surveys.map((survey) => this.proposal(survey))}
+      ${found.drones.map((changes) => this.ofDrone(changes))}
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div></div>`;
   }
 
@@ -42,22 +47,41 @@ export class LotChangesList extends Part {
 
   private async ask(): Promise<void> {
     this.found = (await fetchProposals(this.lot)) ?? this.found;
-    const shown = this.found?.surveys.find(({ survey }) => survey === this.shown);
-    if (this.shown !== null) this.show(shown ?? null);
+    if (this.shown === null) return;
+    const survey = this.found?.surveys.find(({ survey }) => survey === this.shown);
+    const drone = this.found?.drones.find((changes) => named(changes) === this.shown);
+    this.show(this.shown, survey ?? drone ?? null);
   }
 
   private proposal(changes: SurveyProposals): TemplateResult {
     const confirmed = changes.end.filter((stall) => stall.is_confirmed).length;
-    const shown = this.shown === changes.survey;
     const what = [
       ...(changes.begin.length > 0 ? [say("stalls-begin", { stalls: changes.begin.length })] : []),
       ...(changes.end.length > 0 ? [say("stalls-end", { stalls: changes.end.length })] : []),
     ].join(", ");
+    const of = say("survey-of", { when: format.day(changes.ended) });
+    return this.row(what, of, changes.survey, changes, this.choices(changes, confirmed));
+  }
+
+  private ofDrone(changes: DroneProposals): TemplateResult {
+    const what = [
+      ...(changes.begin.length > 0 ? [say("stalls-added", { stalls: changes.begin.length })] : []),
+      ...(changes.end.length > 0 ? [say("stalls-removed", { stalls: changes.end.length })] : []),
+      ...(changes.change.length > 0 ? [say("stalls-changed", { stalls: changes.change.length })] : []),
+      ...(changes.areas.length > 0 ? [say("areas-changed", { names: changes.areas.join(", ") })] : []),
+    ].join(", ");
+    const choices = html`<button @click=${() => this.act(takeOverDrone(this.lot, changes))}>${say("take-over-changes")}</button>
+      <button @click=${() => this.act(dropDrone(this.lot, changes))}>${say("drop-changes")}</button>`;
+    return this.row(what, say("changed-on-drone", { drone: changes.drone }), named(changes), changes, choices);
+  }
+
+  private row(what: string, of: string, name: string, changes: Changes, choices: TemplateResult): TemplateResult {
+    const shown = this.shown === name;
     return html`<div class="which" role="group" aria-label=${what}>
-      <span><b>${what}</b><span class="sub">${say("survey-of", { when: format.day(changes.ended) })}</span></span>
+      <span><b>${what}</b><span class="sub">${of}</span></span>
       <div class="choices">
-        <button aria-pressed=${shown} @click=${() => this.show(shown ? null : changes)}>${say("show-on-map")}</button>
-        ${this.mayChange() ? this.choices(changes, confirmed) : nothing}
+        <button aria-pressed=${shown} @click=${() => this.show(name, shown ? null : changes)}>${say("show-on-map")}</button>
+        ${this.mayChange() ? choices : nothing}
       </div>
       ${shown ? html`<div class="sub marks">${BEGINS} ${say("begins")} ${ENDS} ${say("ends")}</div>` : nothing}
     </div>`;
@@ -74,11 +98,12 @@ export class LotChangesList extends Part {
       }`;
   }
 
-  private show(changes: SurveyProposals | null): void {
-    this.shown = changes?.survey ?? null;
+  private show(name: string, changes: Changes | null): void {
+    this.shown = changes === null ? null : name;
     const places = (stalls: readonly { corners: [number, number][] }[]): { Latitude: number; Longitude: number }[][] =>
       stalls.map(({ corners }) => corners.map(([Latitude, Longitude]) => ({ Latitude, Longitude })));
-    this.model.showChanges(changes && { begin: places(changes.begin), end: places(changes.end) });
+    const other = changes !== null && "change" in changes ? changes.change : [];
+    this.model.showChanges(changes && { begin: places([...changes.begin, ...other]), end: places(changes.end) });
   }
 
   private mayChange(): boolean {

@@ -1,0 +1,186 @@
+"""States of lots that came as documents: which of them the tables follow, and which wait for a person.
+
+A lot's plan is followed from the drone that made the lot: as long as nobody here has changed it since, or where the
+drone changed the very plan that it took from here. Each other state waits, as proposals
+(`hawk.lots.documents.plan_edits`). Of one writer's states from one base the newest counts, whatever came last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+from sqlalchemy import Connection, insert, or_, select, update
+
+from hawk.lots.documents import plan_rows, source
+from hawk.lots.documents.lot_document import LotPart, plan_digest
+from hawk.lots.documents.parts import digest_of
+from hawk.lots.plan.versions import edit_of
+from hawk.lots.schema import LOT, LOT_DOCUMENT
+
+UNKNOWN: Final = "unknown"
+"""Digest of a plan that an earlier version of the store has written, and that nobody has changed before its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class LotState:
+    """A row of `LOT_DOCUMENT`, without its body."""
+
+    writer: str
+    base: str
+    state: int
+    digest: str
+    plan: str
+    decided: int
+
+    @property
+    def order(self) -> tuple[int, str]:
+        """Order of states: of the greater number, of two alike of the greater digest."""
+        return self.state, self.digest
+
+
+def states_of(connection: Connection, lot: str) -> list[LotState]:
+    """Return the states of a lot that came, each writer's and base's newest."""
+    names = ("writer", "base", "state", "digest", "plan", "decided")
+    asked = select(*(LOT_DOCUMENT.c[name] for name in names)).where(LOT_DOCUMENT.c.lot == lot)
+    return [LotState(*row) for row in connection.execute(asked.order_by(LOT_DOCUMENT.c.writer, LOT_DOCUMENT.c.base))]
+
+
+def is_followed(state: LotState) -> bool:
+    """Return whether a state was written into the tables, or dropped by a person."""
+    return state.decided >= state.state
+
+
+def outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
+    """Return lots, each behind the one that it became part of; those that go round at the end."""
+    found: list[LotPart] = []
+    left = [*lots]
+    while left:
+        there = {each.id for each in found}
+        next_ones = [each for each in left if each.merged_into is None or each.merged_into in there] or left
+        found += next_ones
+        left = [each for each in left if each not in next_ones]
+    return found
+
+
+def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
+    """Keep a state of a lot that a drone has sent; return whether the tables say the same.
+
+    Raises LotStoreError for a lot that is damaged here.
+    """
+    states = states_of(connection, part.id)
+    base = part.base.plan if part.base is not None else ""
+    known = next((each for each in states if (each.writer, each.base) == (writer, base)), None)
+    arrived = LotState(writer, base, part.state, digest_of(part), "", 0)
+    here = part_here(connection, part.id)
+    former = None if known is None else body_of(connection, part.id, known)
+    if known is not None and former is not None and known.order >= arrived.order:
+        arrived, part = known, former
+    else:
+        if known is not None:
+            arrived = replace(arrived, plan=known.plan, decided=min(known.decided, part.state - 1))
+        keep(connection, part, arrived)
+    states = [each for each in states if each is not known] + [arrived]
+    if here is None:
+        follow(connection, part, arrived, states)
+        return True
+    if _is_makers(states, arrived):
+        part = _with_names(part, former, here)
+        plan_rows.name_lot(connection, part)
+    if not is_followed(arrived) and _may_follow(connection, here, part, arrived, states):
+        follow(connection, part, arrived, states)
+        return True
+    return plan_digest(here) == plan_digest(part)
+
+
+def follow(connection: Connection, part: LotPart, arrived: LotState, states: Sequence[LotState]) -> None:
+    """Write a state into the tables of its lot. ``states``: all of the lot."""
+    for each in states:
+        if each.plan and (each.writer, each.base) != (arrived.writer, arrived.base):
+            _note(connection, part.id, each, plan="", decided=each.decided if each.writer == arrived.writer else 0)
+    for lot in plan_rows.store(connection, part, arrived.writer):
+        _note_plan(connection, lot)
+    _note(connection, part.id, arrived, plan=plan_here(connection, part.id), decided=arrived.state)
+
+
+def part_here(connection: Connection, lot: str) -> LotPart | None:
+    """Return a lot as it is here, None without one. Raises LotStoreError for one that is damaged."""
+    if connection.execute(select(LOT.c.id).where(LOT.c.id == lot)).first() is None:
+        return None
+    return source.lot_part(connection, lot)
+
+
+def plan_here(connection: Connection, lot: str) -> str:
+    """Return the digest of a lot's plan here; "" where there is none."""
+    found = part_here(connection, lot)
+    return "" if found is None else plan_digest(found)
+
+
+def body_of(connection: Connection, lot: str, state: LotState) -> LotPart:
+    """Return a lot as a state has it."""
+    body = connection.execute(select(LOT_DOCUMENT.c.body).where(*_is_row(lot, state))).scalar_one()
+    return plan_rows.unpacked(body)
+
+
+def _is_makers(states: Sequence[LotState], arrived: LotState) -> bool:
+    """Return whether a state is the newest one of the drone whose states the tables follow."""
+    own = [each for each in states if each.writer == arrived.writer]
+    return any(each.plan for each in own) and all(each.order <= arrived.order for each in own)
+
+
+def _is_of_copy(states: Sequence[LotState], arrived: LotState, plan: str) -> bool:
+    """Return whether a state is of the drone that made a lot, of which another drone has sent a copy before."""
+    makers = {each.writer for each in states if each.plan}
+    is_copy = bool(makers) and all(each.base for each in states if each.writer in makers)
+    is_own = not arrived.base and arrived.writer not in makers
+    return is_copy and is_own and any(each.plan == plan for each in states)
+
+
+def _may_follow(
+    connection: Connection, here: LotPart, part: LotPart, arrived: LotState, states: Sequence[LotState]
+) -> bool:
+    """Return whether a plan is the maker's, who knew the one here when it was changed, and nobody here edits it."""
+    if edit_of(connection, here.id) is not None or plan_digest(part) == arrived.base:
+        return False
+    plan = plan_digest(here)
+    is_known = plan in {arrived.base, arrived.plan} or arrived.plan == UNKNOWN
+    return (_is_makers(states, arrived) and is_known) or _is_of_copy(states, arrived, plan)
+
+
+def _with_names(part: LotPart, former: LotPart | None, here: LotPart) -> LotPart:
+    """Return a state with the name and time zone that the lot gets: what was said here since stays."""
+    before = part.base or former
+    said: dict[str, Any] = {}
+    for name in ("name", "time_zone"):
+        was = getattr(part if before is None else before, name)
+        is_changed_there, is_changed_here = getattr(part, name) != was, getattr(here, name) != was
+        said[name] = getattr(here if is_changed_here or not is_changed_there else part, name)
+    return part.model_copy(update=said)
+
+
+def keep(connection: Connection, part: LotPart, state: LotState) -> None:
+    """Keep a state of a lot in place of the one of its writer and base before."""
+    values = {
+        "state": state.state, "digest": state.digest, "plan": state.plan, "decided": state.decided,
+        "body": plan_rows.packed(part),
+    }  # fmt: skip
+    changed = connection.execute(update(LOT_DOCUMENT).where(*_is_row(part.id, state)).values(**values))
+    if not changed.rowcount:
+        connection.execute(insert(LOT_DOCUMENT).values(lot=part.id, writer=state.writer, base=state.base, **values))
+
+
+def _note(connection: Connection, lot: str, state: LotState, **values: Any) -> None:
+    """Set columns of a state that have other values: each write is a change of the lot."""
+    is_other = or_(*(LOT_DOCUMENT.c[name] != value for name, value in values.items()))
+    connection.execute(update(LOT_DOCUMENT).where(*_is_row(lot, state), is_other).values(**values))
+
+
+def _note_plan(connection: Connection, lot: str) -> None:
+    """Note the plan of a lot of which another one's state has taken stalls, or brought them back."""
+    written = (LOT_DOCUMENT.c.lot == lot) & (LOT_DOCUMENT.c.plan != "")
+    connection.execute(update(LOT_DOCUMENT).where(written).values(plan=plan_here(connection, lot)))
+
+
+def _is_row(lot: str, state: LotState) -> tuple[Any, ...]:
+    return LOT_DOCUMENT.c.lot == lot, LOT_DOCUMENT.c.writer == state.writer, LOT_DOCUMENT.c.base == state.base
