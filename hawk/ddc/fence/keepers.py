@@ -9,7 +9,7 @@ from pathlib import Path
 from hawk.comm.protocol.heartbeat import FenceSetup, OutlineSetup
 from hawk.ddc.fence.geojson import fence_feature, read_fence, read_survey_outline
 from hawk.ddc.fence.geometry import FenceError, area
-from hawk.ddc.fence.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of
+from hawk.ddc.fence.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of, is_left
 from hawk.ddc.fence.plan import FencePlan, check_plan, fence_setup
 from hawk.ddc.settings import DdcSettings, SurveyMemory
 from hawk.model.operation import Level
@@ -155,6 +155,13 @@ class OutlineKeeper:
             now = tuple(replace(lot, is_over=lot.is_over or lot.id in lots) for lot in self._outline.lots)
             self._outline = replace(self._outline, lots=now)
             self._keep(self._outline)
+
+    def begin_survey(self) -> None:
+        """Journal a set outline for another survey. Lots that the last one did not finish are first."""
+        before = self.outline
+        if before is not None and self.setup.source == "set":
+            lots = (replace(lot, is_first=is_left(lot, before.lots), is_over=False) for lot in before.lots)
+            self.use(replace(before, lots=tuple(lots)))
 
     def ground(self, datum: GlobalPose | None, fence: Fence | None) -> AskedGround | None:
         """Return the part inside a fence on the map of a datum; None without an outline, or before there are both."""

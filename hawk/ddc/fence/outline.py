@@ -90,6 +90,11 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
     return AskedGround(pieces, area, max(0.0, float(whole.area) - area))
 
 
+def is_left(lot: RoundLot, lots: Sequence[RoundLot]) -> bool:
+    """Return True for a lot that a round with these lots did not finish, or that an earlier one did not."""
+    return not lot.is_over and (lot.is_first or any(each.is_over for each in lots))
+
+
 def shared_area(one: Outline, other: Outline) -> float:
     """Return the area that two outlines share, m²."""
     origin = GlobalPose(*one.polygons[0][0], 0.0)

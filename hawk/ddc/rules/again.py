@@ -7,7 +7,15 @@ from itertools import combinations
 
 from hawk.comm.protocol import commands
 from hawk.ddc.facts import Facts
-from hawk.ddc.fence.outline import LEAST_OUTLINE_M2, OutlineError, area_words, check_rings, ground_of, shared_area
+from hawk.ddc.fence.outline import (
+    LEAST_OUTLINE_M2,
+    OutlineError,
+    area_words,
+    check_rings,
+    ground_of,
+    is_left,
+    shared_area,
+)
 from hawk.model.known_lot import LotAhead
 from hawk.model.plans import Fence, Outline, RoundLot
 from hawk.model.poses import GlobalPose
@@ -115,7 +123,7 @@ def again_outline(lots: Sequence[LotAhead], facts: Facts) -> Outline:
     looked at stays over.
     """
     before = () if facts.limits.outline is None else facts.limits.outline.lots
-    left = {lot.id for lot in before if not lot.is_over} if any(lot.is_over for lot in before) else set[str]()
+    left = {lot.id for lot in before if is_left(lot, before)}
     over = set[str]() if _is_map_empty(facts) else {lot.id for lot in before if lot.is_over}
     return Outline(
         tuple(ring for lot in lots for ring in lot.outline.polygons),
