@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import combinations
 
 from hawk.comm.protocol import commands
 from hawk.ddc.facts import Facts
@@ -14,7 +13,7 @@ from hawk.ddc.fence.outline import (
     check_rings,
     ground_of,
     is_left,
-    shared_area,
+    overlap,
 )
 from hawk.model.known_lot import LotAhead
 from hawk.model.plans import Fence, Outline, RoundLot
@@ -45,9 +44,9 @@ def again_refusal(command: commands.SurveyAgain, facts: Facts, ahead: Ahead) -> 
         if facts.global_place is None:
             return say("Lots: the position is not known well enough to find the lot: wait for it.")
         return say("Lots: no lot has this id: open the list of lots, then choose one.")
-    is_alone = len(lots) == 1
-    refusal = next((words for lot in lots if (words := _lot_refusal(lot, ahead, is_alone=is_alone))), "")
-    refusal = refusal or (_together_refusal(lots, facts) if not is_alone else "")
+    is_alone, judged = len(lots) == 1, () if command.due else lots
+    refusal = next((words for lot in judged if (words := _lot_refusal(lot, ahead, is_alone=is_alone))), "")
+    refusal = refusal or (_together_refusal(lots) if not is_alone else "")
     if not refusal and needs_empty_map(lots, facts):
         return say("Lots: the map holds an earlier survey: begin a new survey first; the earlier one stays stored.")
     return refusal
@@ -86,22 +85,21 @@ def _lot_refusal(lot: LotAhead, ahead: Ahead, *, is_alone: bool) -> str:
     return ""
 
 
-def _together_refusal(lots: Sequence[LotAhead], facts: Facts) -> str:
+def _together_refusal(lots: Sequence[LotAhead]) -> str:
     """Return why lots cannot be one round: a stall on the ground of two would be stored twice."""
-    for one, other in combinations(lots, 2):
-        shared = shared_area(one.outline, other.outline)
-        if shared >= LEAST_OUTLINE_M2:
-            return say(
-                "Lots: {one} and {other} overlap by {area}: merge them, or survey them one by one.",
-                one=one.name,
-                other=other.name,
-                area=area_words(shared),
-            )
     try:
-        check_rings(again_outline(lots, facts))
+        shared = overlap([lot.outline for lot in lots])
     except OutlineError as error:
         return say("Lots: they are no round: {error}", error=words_of(error))
-    return ""
+    if shared is None:
+        return ""
+    one, other, area = shared
+    return say(
+        "Lots: {one} and {other} overlap by {area}: merge them, or survey them one by one.",
+        one=lots[one].name,
+        other=lots[other].name,
+        area=area_words(area),
+    )
 
 
 def needs_empty_map(lots: Sequence[LotAhead], facts: Facts) -> bool:

@@ -29,7 +29,7 @@ _SIDE_M: Final = TILE_M / _PER_TILE
 def share_of(landed: LandingFacts, lot: str) -> LandingFacts | None:
     """Return the survey of one lot of a round, by its id; None where no stall of it was seen.
 
-    Takes tens of milliseconds for each hectare of the map.
+    Takes some 10 ms for each hectare of the map.
     """
     grounds = () if landed.outline is None else landed.outline.grounds()
     number = next((number for number, (each, _) in enumerate(grounds) if each.id == lot), None)

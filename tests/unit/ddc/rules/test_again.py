@@ -189,3 +189,16 @@ def test_after_a_battery_swap_a_lot_that_is_over_stays_over() -> None:
     assert not needs_empty_map(lots, begun)
     assert [each.is_over for each in again_outline(lots, begun).lots] == [True, False]
     assert needs_empty_map(lots[:1], begun)
+
+
+def test_lots_too_far_apart_for_one_outline_are_no_round() -> None:
+    facts = on_ground(flying(1.0))
+    unplanned = replace(with_lots(facts, lot(), lot(moved(9_000.0), name="two")))
+    assert again_refusal(BOTH, unplanned, None).startswith(
+        "Lots: they are no round: Polygons: the outline is 9040 m wide"
+    )
+
+
+def test_lots_that_touch_are_one_round() -> None:
+    facts = with_lots(on_ground(flying(1.0)), lot(), lot(moved(-40.0), name="two"))
+    assert why(facts, BOTH) == ""
