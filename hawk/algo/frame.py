@@ -54,10 +54,10 @@ class FrameInput:
     """Why nothing is known of where the camera looks; empty when it is."""
     sun: SunPosition | None = None
     """The sun's place in the sky at the exposure; None where moment or place are not known."""
-    known: KnownLot | None = field(default=None, repr=False)
-    """The lot that is flown over, where it is known; another object is another plan of it."""
-    tour: LotTour | None = field(default=None, repr=False)
-    """The tour over the lot that an operator asked to survey again; None: ground or lot are explored."""
+    known: tuple[KnownLot, ...] = field(default=(), repr=False)
+    """The lots that are flown over, where they are known; another object is another plan of one."""
+    tours: tuple[LotTour, ...] = field(default=(), repr=False)
+    """Tours over the lots that an operator asked to survey again, in their order; empty: ground or lot are explored."""
     private: tuple[Ring, ...] = field(default=(), repr=False)
     """Rings (north, east) of ground that nobody may look at, metres of the map."""
 

@@ -46,8 +46,8 @@ class Situation:
     asked_ground: AskedGround | None = None
     map_problem: str = ""
     ground: float = 0.0
-    known: KnownLot | None = None
-    tour: LotTour | None = None
+    known: tuple[KnownLot, ...] = ()
+    tours: tuple[LotTour, ...] = ()
     private: tuple[Ring, ...] = ()
 
 
@@ -200,6 +200,6 @@ class AlgorithmLoop:
             mount_problem=aim_problem,
             sun=None if pose is None else self._sun_at(captured.captured, pose),
             known=situation.known,
-            tour=situation.tour,
+            tours=situation.tours,
             private=situation.private,
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
@@ -32,24 +33,28 @@ AGAIN_M: Final = 300.0
 
 Stamp = tuple[str, int, int]
 """Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""
+Due = Callable[[str, str, float | None], bool]
+"""Returns whether a survey of a lot is due, by its id, its name and the end of its newest survey, Unix seconds."""
 
 
-def lot_near(connection: Connection, place: tuple[float, float], again: str = "") -> tuple[Stamp, str] | None:
-    """Return stamp and name of the lot at a place (latitude, longitude), or of the nearest one within `NEAR_M`; of the
-    lot with the id ``again`` instead where it is there.
+def lots_flown(
+    connection: Connection, place: tuple[float, float], again: Sequence[str] = ()
+) -> list[tuple[Stamp, str]]:
+    """Return stamp and name of each of the lots with the ids ``again`` that are there; without one those of the lot at
+    a place (latitude, longitude), or of the nearest one within `NEAR_M`.
     """
-    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
-    here, nearest = shapely.Point(0.0, 0.0), None
-    for row in rows:
-        away = ground_about(place, outline_of(row["outline"])).distance(here)
-        if row["id"] == again:
-            nearest = -1.0, row
-        elif away <= NEAR_M and (nearest is None or away < nearest[0]):
-            nearest = away, row
-    if nearest is None:
-        return None
-    lot_id, name = str(nearest[1]["id"]), str(nearest[1]["name"])
-    return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings().all()
+    by_id = {str(row["id"]): row for row in rows}
+    found = [by_id[each] for each in again if each in by_id]
+    if not found:
+        here = shapely.Point(0.0, 0.0)
+        away = [(float(ground_about(place, outline_of(row["outline"])).distance(here)), row) for row in rows]
+        found = [row for metres, row in sorted(away, key=lambda each: each[0])[:1] if metres <= NEAR_M]
+    return [(_stamp(connection, str(row["id"])), str(row["name"])) for row in found]
+
+
+def _stamp(connection: Connection, lot: str) -> Stamp:
+    return lot, newest_layout(connection, lot), revision_of(connection, lot)
 
 
 def newest_survey(connection: Connection, lot: str) -> tuple[str, float | None] | None:
@@ -77,7 +82,9 @@ def last_author(connection: Connection, lot: str) -> str:
     return "" if newest is None or (other is not None and other > newest.touched) else str(newest.who)
 
 
-def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotAhead, ...]:
+def lots_ahead(
+    connection: Connection, place: tuple[float, float], is_due: Due = lambda *_: False
+) -> tuple[LotAhead, ...]:
     """Return all lots with ground, with their distances from a place (latitude, longitude)."""
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     here, found = shapely.Point(0.0, 0.0), []
@@ -87,8 +94,10 @@ def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotA
             continue
         away = float(ground_about(place, outline).distance(here))
         count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
-        shown = outline if away <= AGAIN_M else Outline()
-        found.append(LotAhead(str(row["id"]), str(row["name"]), int(count), away, shown))
+        is_near, name = away <= AGAIN_M, str(row["name"])
+        newest = newest_survey(connection, row["id"]) if is_near else None
+        due = newest is not None and is_due(row["id"], name, newest[1])
+        found.append(LotAhead(str(row["id"]), name, int(count), away, outline if is_near else Outline(), due))
     return tuple(found)
 
 
