@@ -320,10 +320,13 @@ def _add_survey_options(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--again",
+        action="append",
         type=values.some,
         metavar="LOT",
-        help="survey this known lot (its name or id) again: the shortest flight that looks at every stall",
+        help="survey this known lot (its name or id) again: the shortest flight that looks at every stall; given "
+        "several times, the lots are one flight",
     )
+    parser.add_argument("--due", action="store_true", help="the same for all lots inside the fence that are due")
     parser.add_argument("--set-failsafes", action="store_true", help="set the autopilot's failsafes that are missing")
     parser.add_argument(
         "--timeout",
@@ -379,8 +382,10 @@ def _survey(options: argparse.Namespace) -> int:
         _refuse(options, ("token", "certificate"), "only together with --url")
     else:
         _refuse(options, ("config", "fence"), "a setting of the daemon at --url: give it to that daemon")
-    if options.again is not None:
-        _refuse(options, ("outline",), "not together with --again, which surveys the ground of the lot")
+    if options.due:
+        _refuse(options, ("again",), "not together with --due, which chooses the lots")
+    if options.again or options.due:
+        _refuse(options, ("outline",), "not together with --again and --due, which survey the ground of lots")
     config = load_settings(options)  # a wrong setting shows here, before anything is started
     if options.url is None:
         from hawk.daemon.start_checks import check_background, check_files  # as much to load

@@ -123,7 +123,7 @@ class Flight:
         return FrameInput(
             number, now, _picture(self._ground, footprint), CAMERA, MapPose(north, east, height, 0.0, 0.0, yaw),
             SPEED_M_S, StateName.AUTONOMOUS_EXPLORE, None, HeightParameters(), Fence(FENCE, FENCE, 120.0, 120.0),
-            MapPoint(-38.0, -12.0), known=self._known,
+            MapPoint(-38.0, -12.0), known=(self._known,),
         )  # fmt: skip
 
 

@@ -14,7 +14,6 @@ from typing import Any, Final, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Stall, TileKey
 from hawk.model.plans import Inbound
 
@@ -197,10 +196,10 @@ class LotMap(Protocol):
 
 @runtime_checkable
 class KnownMap(Protocol):
-    """A map onto which the plan of a known lot comes once its place is certain; the Mapper App implements it."""
+    """A map onto which the plan of each known lot comes once its place is certain; the Mapper App implements it."""
 
-    def plan_places(self) -> tuple[KnownLot, Floats] | None:
-        """Return the plan on the map and its stalls (N, 5): north, east, angle, width, length; None before."""
+    def plan_places(self, lot: str) -> Floats | None:
+        """Return the stalls (N, 5) of the plan of a lot, by its id: north, east, angle, width, length; None before."""
         ...
 
     def stalls_near(self, north: float, east: float, radius: float) -> list[Stall]:

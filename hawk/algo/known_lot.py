@@ -29,6 +29,8 @@ GROWTH: Final = 1.25
 """The map is compared again once it has grown by this factor, or after `PAUSE` frames: they show more ground."""
 PAUSE: Final = 40
 _STEPS_A_FRAME: Final = 2
+_ABOUT_M: Final = 60.0
+"""Ground about a lot that its flight sees. What is farther off belongs to other lots of a round."""
 
 
 def plan_rectangles(lot: KnownLot) -> Rectangles:
@@ -44,6 +46,9 @@ class PlanRegistration:
         """``lot`` lies where the position by GNSS places it."""
         self.lot = lot
         self._known = StallMap(plan_rectangles(lot), _polygons(lot))
+        low, high = self._known.stalls.centres.min(0), self._known.stalls.centres.max(0)
+        self.about: FloatArray = np.stack([low - _ABOUT_M, high + _ABOUT_M])
+        """Two corners (2, 2) of (north, east) about the lot and what its flight sees, metres."""
         self._steps: Steps[Registration] | None = None
         self._next = FIRST_TRY
         self._count = self._waited = 0
@@ -60,7 +65,7 @@ class PlanRegistration:
         """Do the next steps; return the stalls of the plan on the map of the flight once their place is certain.
 
         Args:
-            count: Number of stalls on the map of the flight.
+            count: Number of stalls about the lot on the map of the flight.
             found: Returns these stalls with the ground that was seen; called when a comparison begins.
         """
         if self._steps is None:

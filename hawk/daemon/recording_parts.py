@@ -24,7 +24,7 @@ from hawk.model.poses import GlobalPose, VehiclePose
 from hawk.sim.launch import SimulationOptions
 from hawk.store.frame_codec import FRAME_INPUT, MapStalls, View, Words
 from hawk.store.recording import Recording
-from hawk.store.replay import KNOWN_LOT, MESSAGE, ZERO_UTC
+from hawk.store.replay import KNOWN_LOT, LOTS, MESSAGE, ZERO_UTC
 
 POSE_S: Final = 0.2
 """Seconds between two poses for viewers."""
@@ -70,9 +70,12 @@ def json_schemas() -> Mapping[str, Mapping[str, Any]]:
     definitions = some.pop("$defs", {})
     frame = _finite_or_words(TypeAdapter(FrameInput).json_schema())
     frame["properties"]["picture"] = _object({"topic": {"type": "string"}, "log_time": {"type": "integer"}})
-    frame["properties"]["known"] = {"type": ["object", "null"], "description": "topic and time of the lot's plan"}
+    frame["properties"]["known"] = {
+        "type": ["object", "array"], "description": "topic and time of the lots' plans; empty without one"
+    }  # fmt: skip
     del frame["properties"]["jpeg"]
     frame["required"] = [name for name in frame["required"] if name != "jpeg"]
+    plans = TypeAdapter(tuple[KnownLot, ...]).json_schema()
     held = {"number": _NUMBER, "facts": some}
     cause = _object({"text": {"type": "string"}, "kind": {"type": "string"}, "details": {"type": "string"}})
     acts = {"type": "array", "items": {"type": "object", "required": ["act"]}}
@@ -83,7 +86,7 @@ def json_schemas() -> Mapping[str, Mapping[str, Any]]:
         DECISION: _object({"acts": acts, "fault": {"type": "string"}}),
         MEMORY: _object({"format": {"type": "integer"}, "decider": {"type": "array"}}),
         FRAME_INPUT: frame,
-        KNOWN_LOT: TypeAdapter(KnownLot).json_schema(),
+        KNOWN_LOT: {"$defs": plans.pop("$defs"), **_object({LOTS: plans})},
     }
 
 

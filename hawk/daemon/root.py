@@ -249,6 +249,7 @@ class Daemon:
             lambda: self.inputs.occupancy_map.value,
             is_restored=bool(self._kept.map_parts),
         )
+        self.inputs.path_plan.listen(self._lots.keeper.note_plan)
 
     def _make_monitor(self) -> None:
         self._monitor = Monitor(
@@ -463,9 +464,8 @@ class Daemon:
         """Begin an empty map and a journal of its own; the page sees the empty map at once."""
         assert self._algorithms is not None  # noqa: S101 - the map keeper came after it
         await self._lots.keeper.keep()
-        survey, outlines = self._journal.new_survey(), self.manager.outlines
-        if outlines.outline is not None and outlines.setup.source == "set":
-            self._journal.set_outline(outlines.outline)
+        survey = self._journal.new_survey()
+        self.manager.outlines.begin_survey()
         await self._algorithms.begin_survey(survey)
         self.inputs.occupancy_map.publish(OccupancyMap(map_id=survey))
         self.inputs.path_plan.publish(PathPlan())

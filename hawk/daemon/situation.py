@@ -49,7 +49,8 @@ class SituationReader:
             map_problem=self._map_problem(),
             ground=ground_below(topics.vehicle.terrain.fresh(FRESH_S)),
             known=self._lots.known.current,
-            tour=self._lots.tours.current,
+            tours=self._lots.tours.current,
+            private=self._lots.known.private,
         )
 
     def _map_problem(self) -> str:

@@ -278,6 +278,13 @@ class UseOutline:
 
 
 @dataclass(frozen=True, slots=True)
+class EndLots:
+    """Note that a round has looked at these lots, by their ids: they are stored, and not flown to again."""
+
+    lots: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class TakePlan:
     """Fly with this changed plan of the lot, the id of an offer, from now on."""
 
@@ -367,6 +374,7 @@ Act = (
     | AskPlace
     | UseHeights
     | UseOutline
+    | EndLots
     | TakePlan
     | SetDatum
     | BeginSurvey

@@ -124,6 +124,8 @@ class Performer:
                 tools.topics.heights_pub.publish(heights)
             case actions.UseOutline(outline):
                 tools.outlines.use(outline)
+            case actions.EndLots(lots):
+                tools.outlines.end_lots(lots)
             case actions.TakePlan(plan):
                 tools.topics.taken_plan_pub.publish(plan)
             case actions.PutFenceInForce(fence):

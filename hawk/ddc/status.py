@@ -17,6 +17,7 @@ from hawk.ddc.rules.judge import options
 from hawk.ddc.rules.needs import Situation
 from hawk.model.lot_map import free_interval
 from hawk.model.operation import Health, HealthStatus
+from hawk.model.plans import LotLook, RoundLot
 from hawk.model.poses import MapPoint
 
 HEARTBEAT_S = 0.2
@@ -126,6 +127,7 @@ def vehicle_status(facts: Facts) -> heartbeat.VehicleStatus:
         battery_left=None if survey is None else survey.left,
         survey_basis=None if survey is None else survey.basis,
         survey_share=None if survey is None else survey.share,
+        survey_batteries=None if survey is None else survey.batteries,
         survey_time_left=None if survey is None else survey.seconds,
         satellites=facts.diagnostics.satellites,
     )
@@ -159,7 +161,7 @@ def pose_status(facts: Facts) -> heartbeat.PoseStatus:
 
 def site_status(situation: Situation) -> heartbeat.SiteStatus:
     """Return home, map origin and the limits of the flight."""
-    limits, position = situation.facts.limits, situation.facts.position
+    limits, position, plan = situation.facts.limits, situation.facts.position, situation.facts.sight.plan
     fence, datum, heights, outline = limits.fence, position.datum, limits.heights, limits.outline
     return heartbeat.SiteStatus(
         home=None if position.home is None else heartbeat.Point.of(position.home),
@@ -172,8 +174,19 @@ def site_status(situation: Situation) -> heartbeat.SiteStatus:
         heights=(heights.minimum, heights.desired, heights.maximum),
         outline_area=None if outline is None else round(outline.area, 1),
         outline_outside=None if outline is None else round(outline.outside, 1),
-        again_distance=situation.facts.lots.tour_m if outline is not None and outline.again else None,
+        again_distance=situation.facts.lots.tour_m if outline is not None and outline.lots else None,
+        again_lots=() if outline is None else _round(outline.lots, () if plan is None else plan.explore.lots),
         plan_offer=None if (offer := situation.facts.lots.offer) is None else heartbeat.PlanOfferStatus.of(offer),
+    )
+
+
+def _round(lots: tuple[RoundLot, ...], looks: tuple[LotLook, ...]) -> tuple[heartbeat.RoundLotStatus, ...]:
+    seen = {look.lot: look.seen for look in looks}
+    return tuple(
+        heartbeat.RoundLotStatus(
+            lot=lot.id, name=lot.name, seen=seen.get(lot.id, 1.0 if lot.is_over else 0.0), is_over=lot.is_over
+        )
+        for lot in lots
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Final
 
 import numpy as np
@@ -12,15 +13,17 @@ from sqlalchemy import Connection, func, select
 
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
-from hawk.lots.plan.queries import all_stalls, in_plan
+from hawk.lots.plan.queries import all_stalls, in_plan, private_zones
 from hawk.lots.plan.versions import newest_layout, revision_of
 from hawk.lots.registration.frames import frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
 from hawk.lots.schema import CHANGE, EDIT, LOT, STALL, SURVEY
 from hawk.lots.survey.order import is_ordered
+from hawk.lots.survey.private_ground import ERROR_M, rings_in
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
 from hawk.model.plans import Outline
+from hawk.model.poses import Ring
 
 NEAR_M: Final = 60.0
 """A drone that stands nearer than this to a lot is about to fly over it."""
@@ -30,24 +33,28 @@ AGAIN_M: Final = 300.0
 
 Stamp = tuple[str, int, int]
 """Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""
+Due = Callable[[str, str, float | None], bool]
+"""Returns whether a survey of a lot is due, by its id, its name and the end of its newest survey, Unix seconds."""
 
 
-def lot_near(connection: Connection, place: tuple[float, float], again: str = "") -> tuple[Stamp, str] | None:
-    """Return stamp and name of the lot at a place (latitude, longitude), or of the nearest one within `NEAR_M`; of the
-    lot with the id ``again`` instead where it is there.
+def lots_flown(
+    connection: Connection, place: tuple[float, float], again: Sequence[str] = ()
+) -> list[tuple[Stamp, str]]:
+    """Return stamp and name of each of the lots with the ids ``again`` that are there; without one those of the lot at
+    a place (latitude, longitude), or of the nearest one within `NEAR_M`.
     """
-    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
-    here, nearest = shapely.Point(0.0, 0.0), None
-    for row in rows:
-        away = ground_about(place, outline_of(row["outline"])).distance(here)
-        if row["id"] == again:
-            nearest = -1.0, row
-        elif away <= NEAR_M and (nearest is None or away < nearest[0]):
-            nearest = away, row
-    if nearest is None:
-        return None
-    lot_id, name = str(nearest[1]["id"]), str(nearest[1]["name"])
-    return (lot_id, newest_layout(connection, lot_id), revision_of(connection, lot_id)), name
+    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings().all()
+    by_id = {str(row["id"]): row for row in rows}
+    found = [by_id[each] for each in again if each in by_id]
+    if not found:
+        here = shapely.Point(0.0, 0.0)
+        away = [(float(ground_about(place, outline_of(row["outline"])).distance(here)), row) for row in rows]
+        found = [row for metres, row in sorted(away, key=lambda each: each[0])[:1] if metres <= NEAR_M]
+    return [(_stamp(connection, str(row["id"])), str(row["name"])) for row in found]
+
+
+def _stamp(connection: Connection, lot: str) -> Stamp:
+    return lot, newest_layout(connection, lot), revision_of(connection, lot)
 
 
 def newest_survey(connection: Connection, lot: str) -> tuple[str, float | None] | None:
@@ -75,7 +82,9 @@ def last_author(connection: Connection, lot: str) -> str:
     return "" if newest is None or (other is not None and other > newest.touched) else str(newest.who)
 
 
-def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotAhead, ...]:
+def lots_ahead(
+    connection: Connection, place: tuple[float, float], is_due: Due = lambda *_: False
+) -> tuple[LotAhead, ...]:
     """Return all lots with ground, with their distances from a place (latitude, longitude)."""
     rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
     here, found = shapely.Point(0.0, 0.0), []
@@ -85,8 +94,10 @@ def lots_ahead(connection: Connection, place: tuple[float, float]) -> tuple[LotA
             continue
         away = float(ground_about(place, outline).distance(here))
         count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
-        shown = outline if away <= AGAIN_M else Outline()
-        found.append(LotAhead(str(row["id"]), str(row["name"]), int(count), away, shown))
+        is_near, name = away <= AGAIN_M, str(row["name"])
+        newest = newest_survey(connection, row["id"]) if is_near else None
+        due = newest is not None and is_due(row["id"], name, newest[1])
+        found.append(LotAhead(str(row["id"]), name, int(count), away, outline if is_near else Outline(), due))
     return tuple(found)
 
 
@@ -111,6 +122,13 @@ def known_lot(connection: Connection, lot: str, datum: tuple[float, float], surv
         ),
         _pieces(frame.ground(known_ground(connection, lot))),
     )  # fmt: skip
+
+
+def private_ground(connection: Connection, lot: str, datum: tuple[float, float]) -> tuple[Ring, ...]:
+    """Return the rings of a lot's ground that nobody may look at, metres (north, east) about a datum (latitude,
+    longitude), as a receiver would place it.
+    """
+    return rings_in(frame_of(datum, datum_of(connection, lot)), private_zones(connection, lot), ERROR_M)
 
 
 def _found_by(connection: Connection, lot: str, survey: str) -> set[int]:

@@ -38,6 +38,7 @@ from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import (
     LotStoreError,
     NotFoundError,
+    journal_of,
     moment,
 )
 
@@ -100,7 +101,7 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
         row["id"]: {"id": row["id"], "name": row["name"], "time_zone": zone}
         for row, zone in zip(of_surveys, time_zones_of(connection, of_surveys), strict=True)
     }
-    return {origin.partition(" ")[0]: {"survey": survey, **shown[lot]} for origin, survey, lot in surveys}
+    return {journal_of(origin): {"survey": survey, **shown[lot]} for origin, survey, lot in surveys}
 
 
 def is_stored(connection: Connection, survey_id: str) -> bool:

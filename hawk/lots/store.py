@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots.storage import backup, database
     from hawk.lots.storage.backup import FlightLock
     from hawk.lots.storage.database import Database
-    from hawk.lots.survey import landing, pictures
+    from hawk.lots.survey import landing, pictures, private_ground, round_share
     from hawk.lots.survey.landing import LandingFacts
 else:
     backup = late("hawk.lots.storage.backup")
@@ -42,6 +42,8 @@ else:
     landing = late("hawk.lots.survey.landing")
     outbox = late("hawk.lots.outbox")
     pictures = late("hawk.lots.survey.pictures")
+    private_ground = late("hawk.lots.survey.private_ground")
+    round_share = late("hawk.lots.survey.round_share")
     ingest = late("hawk.lots.ingest")
     collection = late("hawk.lots.documents.collection")
     lot_document = late("hawk.lots.documents.lot_document")
@@ -115,17 +117,28 @@ class LotStore:
 
     async def save(self, landed: LandingFacts) -> Saved:
         """Save a survey in one transaction. Raises LotStoreError; nothing is written then."""
+        return await self._run(lambda: self._saved(landed))
 
-        def work() -> Saved:
-            survey = landing.finished(landed)
-            with self._opened().writing() as connection:
-                before = outbox.last(connection)
-                saved = ingest.save(connection, survey, self.register)
-                outbox.date(connection, before, self._wall())
-            self._keep_picture(saved.survey, landed.current.mosaic)
-            return saved
+    async def save_share(self, landed: LandingFacts, lot: str) -> Saved | None:
+        """Save the share of one lot, by its id, in the map of a round; return None where no stall of it was seen.
+
+        Raises LotStoreError; nothing is written then.
+        """
+
+        def work() -> Saved | None:
+            mine = round_share.share_of(landed, lot)
+            return None if mine is None else self._saved(mine)
 
         return await self._run(work)
+
+    def _saved(self, landed: LandingFacts) -> Saved:
+        survey = landing.finished(landed)
+        with self._opened().writing() as connection:
+            before = outbox.last(connection)
+            saved = ingest.save(connection, survey, self.register)
+            outbox.date(connection, before, self._wall())
+        self._keep_picture(saved.survey, landed.current.mosaic)
+        return saved
 
     async def collect(self, data: bytes, survey: str, drone: str) -> DocumentOutcome:
         """Take in the document of a survey that a drone has sent; it is committed, with its picture, then.
@@ -187,9 +200,10 @@ class LotStore:
     def _keep_picture(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
         """Write the picture of a survey that is stored. An error is logged: nothing that is counted needs it."""
         try:
-            folder = pictures.pictures_of(self.path)
-            folder.write(survey, mosaic)
-            opened = self._opened()
+            folder, opened = pictures.pictures_of(self.path), self._opened()
+            with opened.reading() as connection:
+                hidden = private_ground.hidden_in(connection, survey)
+            folder.write(survey, mosaic, hidden)
             if not opened.damaged:  # a backup may bring back surveys that are passed over
                 with opened.reading() as connection:
                     folder.keep(pictures.worth_keeping(connection))

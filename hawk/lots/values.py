@@ -24,6 +24,8 @@ LONGEST_NAME: Final = 80
 """Characters of a name of a lot or a person."""
 LONGEST_ZONE: Final = 64
 """Characters of a name of a time zone."""
+SHARE: Final = "@"
+"""Stands between the name of a round's journal and the id of a lot in the name of that lot's survey."""
 UTC_NAME: Final = "UTC"
 """Time zone of what is of no lot, and of a place for which the map has none that Python knows."""
 DAMAGED: Final = "The store of lots holds a value that cannot be: hawk-drone verify reports what is damaged."
@@ -328,6 +330,11 @@ class FinishedSurvey:
     def origin(self) -> str:
         """Identity of the survey across saves: its journal and its datum, which no other survey shares."""
         return f"{self.name} {self.datum.latitude:.9f} {self.datum.longitude:.9f}"
+
+
+def journal_of(origin: str) -> str:
+    """Return the name of the journal of a survey's ``origin``: the surveys of one round share it."""
+    return origin.partition(" ")[0].partition(SHARE)[0]
 
 
 @dataclass(frozen=True, slots=True)

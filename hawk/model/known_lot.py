@@ -71,10 +71,10 @@ class FlownCount:
 
 @dataclass(frozen=True, slots=True)
 class LotTour:
-    """A flight that looks at every stall of a known lot once more, planned before its start.
+    """The part of a round that looks at every stall of one known lot once more, planned before the start.
 
-    ``points`` are waypoints from the drone's place on, ``distance_m`` is the length along them. ``missed`` stalls
-    cannot be looked at from inside the fence.
+    ``points`` are waypoints from the drone's place, or from the end of the lot before, on; ``distance_m`` is the length
+    along them. ``missed`` stalls cannot be looked at from inside the fence.
     """
 
     lot: str
@@ -87,7 +87,7 @@ class LotTour:
 class LotAhead:
     """A lot of the store, as a drone may survey it again: ``stalls`` of its plan, ``away_m`` from the drone, metres.
 
-    ``outline`` is empty for a lot that is too far away.
+    ``outline`` is empty for a lot that is too far away. ``is_due``: the settings' schedule wants a survey of it now.
     """
 
     id: str
@@ -95,6 +95,7 @@ class LotAhead:
     stalls: int
     away_m: float
     outline: Outline = field(default=Outline(), repr=False)
+    is_due: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,8 +118,8 @@ class PlanOffer:
 class LotsAhead:
     """The lots of the store, and why it cannot be read, else "".
 
-    ``tour_m`` is the length of the flight over the lot that is surveyed again, metres; None while it is not planned.
-    ``missed`` of its stalls no place inside the fence shows. ``offer`` is a changed plan that waits for an answer.
+    ``tour_m`` is the length of the flight over the lots that are surveyed again, metres; None while it is not planned.
+    ``missed`` of their stalls no place inside the fence shows. ``offer`` is a changed plan that waits for an answer.
     """
 
     lots: tuple[LotAhead, ...] = ()

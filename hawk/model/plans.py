@@ -41,16 +41,42 @@ class Fence:
 
 
 @dataclass(frozen=True, slots=True)
+class RoundLot:
+    """A known lot of a round: a flight that surveys lots again, one or several.
+
+    ``polygons`` and ``holes`` are the numbers of its rings in the outline of the round. ``is_first``: it is flown
+    before the others. ``is_over``: the round has looked at it.
+    """
+
+    id: str
+    name: str
+    polygons: int = 1
+    holes: int = 0
+    is_first: bool = False
+    is_over: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class Outline:
     """Area that an operator asks to survey: what lies in a polygon and in no hole.
 
     Rings are WGS-84 corners (latitude, longitude) in degrees, in order, not closed. Without polygons there is no
-    outline. ``again`` is the id of the lot that is surveyed again, whose ground it is; empty for any other area.
+    outline. ``lots`` are those that are surveyed again, whose ground it is, in the order of their rings; empty for any
+    other area.
     """
 
     polygons: tuple[Ring, ...] = ()
     holes: tuple[Ring, ...] = ()
-    again: str = ""
+    lots: tuple[RoundLot, ...] = ()
+
+    def grounds(self) -> tuple[tuple[RoundLot, Outline], ...]:
+        """Return each lot of the round with its own ground."""
+        found, ring, hole = [], 0, 0
+        for lot in self.lots:
+            rings, holes = self.polygons[ring : ring + lot.polygons], self.holes[hole : hole + lot.holes]
+            found.append((lot, Outline(rings, holes)))
+            ring, hole = ring + lot.polygons, hole + lot.holes
+        return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,6 +157,15 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True)
+class LotLook:
+    """Looks of a flight at a known lot: the share ``seen`` (0..1) of its stalls; ``is_over``: nothing is left to do."""
+
+    lot: str
+    seen: float
+    is_over: bool = False
+
+
+@dataclass(frozen=True, slots=True)
 class ExploreStatus:
     """Progress of the exploration: ``seen`` is the share (0..1) of the known lot that has been seen well.
 
@@ -149,6 +184,10 @@ class ExploreStatus:
     """True when places that were worth seeing were given up: they could not be reached, or showed nothing."""
     left_out: LeftOut | None = None
     """Ground that was not looked at, once it is done; None before, and with an outline."""
+    lots: tuple[LotLook, ...] = ()
+    """Lots that are surveyed again, in the order of the flight; empty for any other exploration."""
+    path_m: float = 0.0
+    """Length of the rest of the path to the next lot; 0 over a lot."""
     is_spent: bool = False
     """True while another exploration in this flight would look at nothing more: no lot was found since this one."""
 

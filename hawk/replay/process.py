@@ -35,7 +35,7 @@ from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, to_json
 from hawk.store.replay import STALLS_ON_EARTH, Recorded, RecordingError, text_of_geojson
 
 _SIGHT: Final = b'"sight":{'
-_KEPT: Final = ("known", "tour", "fence", "asked_ground")
+_KEPT: Final = ("known", "tours", "fence", "asked_ground")
 """Fields of a frame that last over frames: the mapper takes another object for another plan."""
 
 

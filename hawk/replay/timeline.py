@@ -22,7 +22,7 @@ from hawk.model.poses import GlobalPose
 from hawk.replay.film import Film, FilmFence, FilmMessage, FilmPhase, FilmStall, PackedFilm, Piece, Row
 from hawk.replay.flight import LONGEST_GAP_S, Played, RecordedFlight, ReplayError
 from hawk.store.frame_codec import FRAME_INPUT, FrameFormatError, picture_of
-from hawk.store.replay import CAMERA, KNOWN_LOT, MESSAGE, STALLS_ON_EARTH, RecordingError, span_of
+from hawk.store.replay import CAMERA, KNOWN_LOT, LOTS, MESSAGE, STALLS_ON_EARTH, RecordingError, span_of
 
 STEP_S: Final = 0.2
 """Least time between two values of one kind, seconds."""
@@ -232,11 +232,12 @@ class _Film:
         if len(self._messages) < _MOST_MESSAGES:
             self._messages.append(_message(at, message))
 
-    def _known(self, lot: Mapping[str, Any]) -> None:
-        """The plan of the lot; where it lies on the map is found in flight, a metre or two beside."""
+    def _known(self, known: Mapping[str, Any]) -> None:
+        """The plans of the lots; where they lie on the map is found in flight, a metre or two beside."""
         names = ("north", "east", "angle", "width", "length")
         self._plan = [
             FilmStall(**{name: round(float(stall[name]), 3) for name in names}, label=str(stall.get("label", "")))
+            for lot in known.get(LOTS, [known])
             for stall in lot["stalls"]
         ]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cache
 from typing import Any, Final, TypeVar, cast
@@ -46,8 +46,13 @@ def join_frame(header: bytes, picture: bytes) -> bytes:
     return b"".join((_LENGTH.pack(len(header)), header, picture))
 
 
-def decode_frame(data: bytes, kind: type[T]) -> T:
-    """Return the dataclass of `encode_frame`, equal to the one that went in. Raises FrameFormatError."""
+def decode_frame(
+    data: bytes, kind: type[T], renewed: Callable[[dict[str, Any]], dict[str, Any]] = lambda values: values
+) -> T:
+    """Return the dataclass of `encode_frame`, equal to the one that went in. Raises FrameFormatError.
+
+    ``renewed`` returns the fields of an earlier version as those of this one.
+    """
     if len(data) < _LENGTH.size:
         raise FrameFormatError("the frame has no header")
     (length,) = _LENGTH.unpack_from(data)
@@ -55,7 +60,7 @@ def decode_frame(data: bytes, kind: type[T]) -> T:
     if end > len(data):
         raise FrameFormatError(f"the frame's header has {length} bytes, only {len(data) - _LENGTH.size} are there")
     try:
-        values = json.loads(data[_LENGTH.size : end])
+        values = renewed(json.loads(data[_LENGTH.size : end]))
         frame: T = _adapter(cast("Hashable", kind)).validate_python({**values, _PICTURE: data[end:]})
         return frame
     except (ValidationError, ValueError, TypeError) as error:

@@ -1,7 +1,7 @@
 """One file of a recording: MCAP (https://mcap.dev) whose messages are written as they come, not in chunks.
 
 Own topics hold JSON with a JSON Schema, those of `hawk.store.views` Foxglove's messages. A picture is stored once, on
-the topic ``camera``, and the plan of a known lot on ``known_lot``; the other fields of a frame are JSON on
+the topic ``camera``, and the plans of known lots on ``known_lot``; the other fields of a frame are JSON on
 ``frame_input``, which names the times of both. The summary at the end, with schemas, channels and counts, is written
 when the file is closed; readers do without it.
 """
@@ -19,7 +19,7 @@ from mcap.writer import CompressionType, IndexType, Writer
 
 from hawk.model.pictures import CameraModel
 from hawk.store.frame_codec import parts_of, to_json
-from hawk.store.replay import CAMERA, FORMAT, KNOWN, KNOWN_LOT, METADATA
+from hawk.store.replay import CAMERA, FORMAT, KNOWN, KNOWN_LOT, LOTS, METADATA
 from hawk.store.ring_buffer import Item
 from hawk.store.views import calibration_message, picture_message, schema_of, views_of
 
@@ -93,8 +93,8 @@ class RecordingFile:
 
     def _write_frame(self, item: Item, time_ns: int) -> None:
         values, jpeg = parts_of(item.payload)
-        if values.get(KNOWN) is not None:
-            values[KNOWN] = self._known_lot(values[KNOWN], time_ns)
+        if values.get(KNOWN):
+            values[KNOWN] = self._known_lots(values[KNOWN], time_ns)
         header = to_json({**values, PICTURE: {"topic": CAMERA, "log_time": time_ns}}).encode()
         camera, captured = values.get("camera"), values.get("captured")
         if isinstance(camera, CameraModel) and (
@@ -106,11 +106,11 @@ class RecordingFile:
         self._view(*_timed(picture_message(jpeg, exposed), time_ns))
         self._add(self._json_channel(item.topic), time_ns, header)
 
-    def _known_lot(self, known: object, time_ns: int) -> dict[str, object]:
-        """Return the name of a known lot's message, which is written once: each frame of a flight has the same one."""
+    def _known_lots(self, known: object, time_ns: int) -> dict[str, object]:
+        """Return the name of the known lots' message, which is written once: each frame of a flight has the same."""
         if known is not self._known:
             self._known, self._known_at = known, time_ns
-            self._json(KNOWN_LOT, time_ns, known)
+            self._json(KNOWN_LOT, time_ns, {LOTS: known})
         return {"topic": KNOWN_LOT, "log_time": self._known_at}
 
     def _json(self, topic: str, time_ns: int, payload: Any) -> None:

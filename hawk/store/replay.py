@@ -22,10 +22,12 @@ CAMERA: Final = "camera"
 STALLS_ON_EARTH: Final = "stalls_on_earth"
 """Topic of the stalls as GeoJSON (`hawk.store.views`)."""
 KNOWN_LOT: Final = "known_lot"
-"""Topic of the plan of a known lot: the frames after it, whose field `KNOWN` names its time, have it."""
+"""Topic of the plans of known lots: the frames after it, whose field `KNOWN` names its time, have them."""
 MESSAGE: Final = "message"
 """Topic of the flight's messages as the page has them: level, text, details, and the sentences among them."""
 KNOWN: Final = "known"
+LOTS: Final = "lots"
+"""Field of `KNOWN_LOT` with the plans; before rounds its message was one plan."""
 ZERO_UTC: Final = "zero_utc"
 """Metadata: UTC at second 0 of the run's clock by the autopilot's GNSS, as surveys have it; left out where unknown."""
 METADATA: Final = "hawk"
@@ -69,7 +71,14 @@ class Recorded:
 
     def frame(self, kind: type[T]) -> T:
         """Return the frame given to `Recording.record_frame`. Raises FrameFormatError."""
-        return decode_frame(self.data, kind)
+        return decode_frame(self.data, kind, _of_rounds)
+
+
+def _of_rounds(values: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a frame; those of a recording before rounds had one lot, or none."""
+    known, tour = values.get(KNOWN), values.pop("tour", None)
+    plans = known.get(LOTS, [known]) if isinstance(known, dict) else known or []
+    return {**values, KNOWN: plans, "tours": values.get("tours", [tour] if tour else [])}
 
 
 def is_whole(path: Path) -> bool:
@@ -105,7 +114,7 @@ def read_recording(path: Path) -> Iterator[Recorded]:
 
 
 def _frame(path: Path, frame: Message, last: Mapping[str, Message]) -> bytes:
-    """Return a frame with its picture, and with the plan of its known lot, as `hawk.store.frame_codec` joins them."""
+    """Return a frame with its picture, and with the plans of its known lots, as `hawk.store.frame_codec` joins them."""
     picture, known, fields = last.get(CAMERA), last.get(KNOWN_LOT), frame.data
     if picture is None or picture.log_time != frame.log_time:
         raise RecordingError(f"{path}: is damaged: a frame has no picture")

@@ -22,7 +22,7 @@ from hawk.comm.protocol.commands import (
     SurveyAgain,
     Takeoff,
 )
-from hawk.comm.protocol.heartbeat import Heartbeat, LeftOutStatus
+from hawk.comm.protocol.heartbeat import Heartbeat, LeftOutStatus, RoundLotStatus
 from hawk.model.operation import GROUND_STATES, StateName, UserError
 from hawk.model.plans import HeightParameters
 from hawk.survey.client import LinkLostError
@@ -52,7 +52,7 @@ NO_SURVEY: Final = "There is no survey to continue: the drone has no map of an e
 NOTHING_LEFT: Final = (
     "Nothing is left of this survey: the lot was seen whole. Nothing was flown; leave --continue out for a new survey."
 )
-STALLS_SEEN: Final = "Every stall of the lot was looked at."
+STALLS_SEEN: Final = "Every stall was looked at."
 AGAIN_TRIES: Final = 8
 """Attempts, a second apart, to survey a lot again: the drone reads its lots every two seconds."""
 NO_LOT: Final = "No lot in sight, not even from the greatest height and 60 m around."
@@ -89,8 +89,8 @@ class SurveyPlan:
     set_failsafes: bool = False
     continues: bool = False
     outline: SetOutline | None = None
-    again: str = ""
-    """Id of the lot that is surveyed again; empty: none."""
+    again: SurveyAgain | None = None
+    """The command for lots that are surveyed again; None: none."""
     limits: SurveyLimits = SurveyLimits()
 
 
@@ -116,7 +116,9 @@ class SurveyOutcome:
     free_range: tuple[int, int] | None = None
     left_out: LeftOutStatus | None = None
     planned_m: float | None = None
-    """Length of the flight over a lot that is surveyed again, as it was planned before the start, metres."""
+    """Length of the flight over lots that are surveyed again, as it was planned before the start, metres."""
+    lots: tuple[RoundLotStatus, ...] = ()
+    """The lots that are surveyed again."""
 
     @property
     def was_flown(self) -> bool:
@@ -180,24 +182,24 @@ class SurveyOperator:
             await self._hand.until(
                 lambda b: b.outline_area is not None, self._limits.arm_s, "The outline was not taken"
             )
-        if self._plan.again:
+        if self._plan.again is not None:
             await self._ask_again(self._plan.again)
         await self._pass_checks()
 
-    async def _ask_again(self, lot: str) -> None:
-        """Ask for the survey of a known lot, on an empty map unless it goes on; wait until its flight is planned."""
+    async def _ask_again(self, asked: SurveyAgain) -> None:
+        """Ask for the survey of known lots, on an empty map unless it goes on; wait until its flight is planned."""
         refusal = None
         if not self._plan.continues and ((await self._hand.beat()).lot_area or 0.0) > 0.0:
             await self._hand.order(NewSurvey())
         for _ in range(AGAIN_TRIES):
-            refusal = await self._hand.offer(SurveyAgain(lot=lot))
+            refusal = await self._hand.offer(asked)
             if refusal is None:
                 break
             await self._hand.pause(1.0)
         else:
             raise SurveyError(sentence("Survey Again was refused", refusal or ""))
         beat = await self._hand.until(
-            lambda b: b.again_distance is not None, self._limits.map_s, "The flight over the lot was not planned"
+            lambda b: b.again_distance is not None, self._limits.map_s, "The flight over the lots was not planned"
         )
         self._planned_m = beat.again_distance
 
@@ -345,6 +347,7 @@ class SurveyOperator:
             free_range=beat.free_range,
             left_out=beat.left_out,
             planned_m=self._planned_m,
+            lots=beat.again_lots,
         )
 
 

@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from hawk.comm.base_socket import ConnectionTimeout
-from hawk.comm.protocol.commands import SetOutline
+from hawk.comm.protocol.commands import MOST_LOTS, SetOutline, SurveyAgain
 from hawk.comm.protocol.heartbeat import Heartbeat, LeftOutStatus
 from hawk.config.addresses import check_host
 from hawk.config.sections import ConfigError
@@ -48,8 +48,8 @@ LATE_FRAMES_LIMIT = 0.01
 class SurveyOptions:
     """Options of the command. ``url`` is a running daemon; without it ``simulation`` is started.
 
-    ``continues``: fly only when there is an earlier survey to go on with. ``again``: id or name of a lot to survey
-    again.
+    ``continues``: fly only when there is an earlier survey to go on with. ``again``: ids or names of lots to survey
+    again; ``due``: those that are due.
     """
 
     out: Path
@@ -63,7 +63,8 @@ class SurveyOptions:
     truth: Path | None
     set_failsafes: bool
     continues: bool
-    again: str | None
+    again: list[str] | None
+    due: bool
     timeout_s: float
     quiet: bool
 
@@ -83,7 +84,7 @@ async def run_survey(options: SurveyOptions) -> int:
             return await _fly(options, address, None, truth, outline)
         assert options.simulation is not None  # noqa: S101 - the command line refuses neither and both
         folder = options.out / "run"
-        if not options.continues and options.again is None:
+        if not options.continues and not (options.again or options.due):
             set_store_aside(folder / "store")
         stack = SimulatedStack(options.simulation, folder, options.config, options.fence)
         ready = await stack.start()
@@ -152,6 +153,17 @@ def outline_command(file: Path) -> SetOutline:
     return SetOutline(polygons=corners_of(outline.polygons), holes=corners_of(outline.holes))
 
 
+def again_command(options: SurveyOptions, lots: Sequence[Mapping[str, Any]]) -> SurveyAgain | None:
+    """Return the command for the lots to survey again; None without any. Raises ConfigError."""
+    if options.due:
+        return SurveyAgain(due=True)
+    if not options.again:
+        return None
+    if len(options.again) > MOST_LOTS:
+        raise ConfigError(f"--again: {len(options.again)} lots are too many for one flight: at most {MOST_LOTS}")
+    return SurveyAgain(lots=[lot_named(each, lots) for each in options.again])
+
+
 def lot_named(wanted: str, lots: Sequence[Mapping[str, Any]]) -> str:
     """Return the id of the lot with an id or a name. Raises ConfigError where none, or more than one, has it."""
     found = [lot for lot in lots if lot["id"] == wanted]
@@ -181,7 +193,7 @@ async def _fly(
         watch = FenceSender(stack)
         limits = replace(SurveyLimits(), explore_s=options.timeout_s)
         try:
-            again = "" if options.again is None else lot_named(options.again, await drone.lots())
+            again = again_command(options, await drone.lots() if options.again else ())
         except CommandRefusedError as error:
             raise LinkLostError(f"the lots cannot be read: {error}") from error
         plan = SurveyPlan(
@@ -278,6 +290,7 @@ def _report(
         "duration_s": outcome.duration_s,
         "distance_flown_m": outcome.distance_m,
         "distance_planned_m": outcome.planned_m,
+        "lots": [each.model_dump() for each in outcome.lots],
         "explored": outcome.explored,
         "lot_area_m2": None,
         "outline_m2": outcome.outline_m2,
@@ -304,7 +317,10 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     if outcome.left_out is not None and outcome.explored is not None:
         print(f"Seen: {outcome.explored:.1%} of the lot found. {left_out_words(outcome.left_out)}")
     if outcome.planned_m is not None:
-        print(f"The flight over the lot was planned as {outcome.planned_m:.0f} m, without the flight home.")
+        print(f"The flight over the lots was planned as {outcome.planned_m:.0f} m, without the flight home.")
+    for lot in outcome.lots if len(outcome.lots) > 1 else ():
+        end = "" if lot.is_over else "; not finished: fly on with --continue after a battery swap"
+        print(f"{lot.name}: {int(100 * lot.seen)} % of the stalls looked at{end}")
     bounds = values["free_range"]
     between = "" if bounds is None else f" (between {bounds[0]} and {bounds[1]})"
     print(

@@ -348,7 +348,7 @@ class Rig:
         assert beat.longitude is not None
         self._lot = await StoredLot.make(self._url, beat.latitude, beat.longitude)
         for _ in range(_LOT_LOOKS):
-            refused = await pilot.order(SurveyAgain(lot=self._lot.id))
+            refused = await pilot.order(SurveyAgain(lots=[self._lot.id]))
             if refused is None:
                 return None
             await asyncio.sleep(_LOT_LOOK_S)

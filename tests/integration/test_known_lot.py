@@ -48,8 +48,8 @@ DATUM = GlobalPose(43.2609, -79.9192, 0.0)
 """Place of the upper left corner of hawk-sim's world."""
 
 
-def store_plan(path: Path, truth: Mapping[str, Any]) -> int:
-    """Store the world's stalls as a lot that a person has confirmed; return their number."""
+def store_plan(path: Path, truth: Mapping[str, Any], name: str = "Market") -> int:
+    """Store the stalls of a truth as a lot that a person has confirmed; return their number."""
     lot, rows = str(uuid.uuid4()), list[dict[str, Any]]()
     boxes = Boxes.of(np.array([stall["corners_m"] for stall in truth["stalls"]]))
     values = np.column_stack([boxes.centre, boxes.along, boxes.width, boxes.length]).tolist()
@@ -63,7 +63,7 @@ def store_plan(path: Path, truth: Mapping[str, Any]) -> int:
     place = {"outline": outline_json(outline), "latitude": DATUM.latitude, "longitude": DATUM.longitude}
     store = Database(path)
     with store.writing() as connection:
-        connection.execute(insert(LOT).values(id=lot, name="Market", datum_is_pinned=True, made=0.0, **place))
+        connection.execute(insert(LOT).values(id=lot, name=name, datum_is_pinned=True, made=0.0, **place))
         connection.execute(insert(LAYOUT).values(lot=lot, version=1, valid_from=0.0, why="drawn", who="Ann"))
         connection.execute(insert(STALL), rows)
     store.close()

@@ -32,9 +32,9 @@ async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off
         async with operator(url) as pilot:
             await pilot.take_control()
             async with asyncio.timeout(PATIENCE_S):  # the lots are read every two seconds, once the place is known
-                while await pilot.hand.offer(SurveyAgain(lot=lot["id"])) is not None:
+                while await pilot.hand.offer(SurveyAgain(lots=[lot["id"]])) is not None:
                     await pilot.hand.next()
-            assert "no lot has this id" in await pilot.refusal(SurveyAgain(lot="another"))
+            assert "no lot has this id" in await pilot.refusal(SurveyAgain(lots=["another"]))
             planned = (await pilot.until(lambda beat: beat.again_distance is not None)).again_distance
             assert planned is not None
             await pilot.take_off()

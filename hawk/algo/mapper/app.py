@@ -16,7 +16,6 @@ from hawk.algo.mapper.delta import MapDelta
 from hawk.algo.mapper.register import Shift
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.detection import FrameGround, FrameVision, VisionResult
-from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import OccupancyMap, Stall
 from hawk.model.operation import Health
 from hawk.model.plans import Inbound
@@ -124,9 +123,9 @@ class MapperApp:
         """Return the valid stalls within a radius (metres) of a place near the drone."""
         return self._core.stalls_near(north, east, radius)
 
-    def plan_places(self) -> tuple[KnownLot, NDArray[np.float64]] | None:
-        """Return the plan whose place is certain, with its stalls on the map (N, 5), as `KnownMap` has it."""
-        return self._core.placed_plan
+    def plan_places(self, lot: str) -> NDArray[np.float64] | None:
+        """Return the stalls (N, 5) of the plan of a lot on the map, as `KnownMap` has them."""
+        return self._core.plan_places(lot)
 
     def changes_since(self, version: int) -> MapDelta:
         """Return the changes after a version of the map (0: everything), for the flight journal."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -207,12 +207,12 @@ class MapCore:
             self.grid.evict(_MANY_TILES)
         self._renew_index()
 
-    def know(self, lot: KnownLot | None) -> None:
-        """Take the plan of the lot that is flown over: its place is looked for, then confirmed stalls are given.
+    def know(self, lots: Sequence[KnownLot]) -> None:
+        """Take the plans of the lots that are flown over: their places are looked for, then confirmed stalls are given.
 
-        None changes nothing: what is given stays so.
+        Without one nothing changes: what is given stays so.
         """
-        self._plan.know(lot)
+        self._plan.know(lots)
 
     def encode(self, pose: MapPose | None) -> None:
         """Encode a bounded number of changed tiles and renew the index; only one tile after the costliest step."""
@@ -250,10 +250,9 @@ class MapCore:
         rows = self.tracker.rows[self.tracker.near(north, east, radius)]
         return [self.index.stalls[i] for i in rows["id"][rows["confirmed"]].tolist() if i in self.index.stalls]
 
-    @property
-    def placed_plan(self) -> tuple[KnownLot, NDArray[np.float64]] | None:
-        """The plan whose place on the map is certain, see `PlanOnMap.placed`."""
-        return self._plan.placed
+    def plan_places(self, lot: str) -> NDArray[np.float64] | None:
+        """Return the stalls (N, 5) of the plan of a lot, see `PlanOnMap.places`."""
+        return self._plan.places(lot)
 
     def inbound(self, north: float, east: float) -> Inbound:
         """Return the verdict on a place, by the majority of the cells within half a metre."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Final
 
 import cv2
@@ -14,8 +17,9 @@ from hawk.algo.ground import COARSE_M, Window
 from hawk.algo.known_lot import PlanRegistration, judge
 from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
+from hawk.algo.mapper.plan_rows import PlanStalls
 from hawk.algo.mapper.stalls import GivenLook, StallTracker, call_state
-from hawk.algo.mapper.table import SQUARE_M, Rows, corners_of, geometry_of, square_of
+from hawk.algo.mapper.table import SQUARE_M, Rows, corners_of, geometry_of, is_in, square_of
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.detection import FrameGround
@@ -28,36 +32,69 @@ _REACH_M: Final = 5.0
 """Half the diagonal of the longest stall."""
 
 
+@dataclass(frozen=True, slots=True)
+class _Placed:
+    """A plan on the map: its stalls (N, 5), and their numbers."""
+
+    stalls: NDArray[np.float64] = field(repr=False)
+    numbers: range
+
+
 class PlanOnMap:
-    """Brings plans onto the map: one at a time, each once."""
+    """Brings plans onto the map, each once."""
 
     def __init__(self) -> None:
-        self._search: PlanRegistration | None = None
+        self._searches: dict[str, PlanRegistration] = {}
+        self._placed: dict[str, _Placed] = {}
         self.names: tuple[tuple[str, str], ...] = ()
-        """Ids and labels of the stalls of the plan that is on the map, by their numbers from 1."""
-        self.placed: tuple[KnownLot, NDArray[np.float64]] | None = None
-        """The plan whose place is certain, and its stalls on the map (N, 5): north, east, angle, width, length."""
+        """Ids and labels of the stalls of the plans that came onto the map, by their numbers from 1."""
 
-    def know(self, lot: KnownLot | None) -> None:
-        """Take the plan of the lot that is flown over. None changes nothing: what is on the map stays."""
-        if lot is not None and (self._search is None or self._search.lot is not lot):
-            self._search = PlanRegistration(lot)
+    def know(self, lots: Sequence[KnownLot]) -> None:
+        """Take the plans of the lots that are flown over. Without one nothing changes: what is on the map stays."""
+        if not lots or (
+            len(lots) == len(self._searches)
+            and all(lot.id in self._searches and self._searches[lot.id].lot is lot for lot in lots)
+        ):
+            return
+        former, self._searches = self._searches, {}
+        for lot in lots:
+            search = former.get(lot.id)
+            self._searches[lot.id] = search if search is not None and search.lot is lot else PlanRegistration(lot)
+
+    def places(self, lot: str) -> NDArray[np.float64] | None:
+        """Return the stalls (N, 5) of the plan of a lot on the map: north, east, angle, width, length; None before its
+        place is certain.
+        """
+        placed = self._placed.get(lot)
+        return None if placed is None else placed.stalls
 
     def go_on(self, tracker: StallTracker, grid: EvidenceGrid, version: int, time: float) -> NDArray[np.intp] | None:
-        """Look on for the place of the plan; once it is certain, put it on the map.
+        """Look on for the places of the plans; once one is certain, put it on the map.
 
         ``time``: of the frame, seconds. Returns the indices of the rows that changed then, and None before and after.
         """
-        search = self._search
-        if search is None or search.is_over:
-            return None
-        plan = search.go_on(tracker.count, lambda: found_map(tracker, grid))
-        if plan is None:
-            return None
-        self.names = tuple((stall.id, stall.label) for stall in search.lot.stalls)
-        self.placed = search.lot, np.column_stack([plan.centres, plan.angle, plan.width, plan.length])
-        is_confirmed = np.array([stall.is_confirmed for stall in search.lot.stalls], np.bool_)
-        index = tracker.put_plan(plan, is_confirmed, version)
+        for search in self._searches.values():
+            if search.is_over:
+                continue
+            plan = search.go_on(tracker.count_in(search.about), partial(found_map, tracker, grid, search.about))
+            if plan is not None:
+                return self._put(search.lot, plan, tracker, grid, version, time)
+        return None
+
+    def _put(
+        self, lot: KnownLot, plan: Rectangles, tracker: StallTracker, grid: EvidenceGrid, version: int, time: float
+    ) -> NDArray[np.intp]:
+        """Put one plan beside those of the other lots of the flight, in place of any other plan."""
+        self._placed = {
+            each: placed for each, placed in self._placed.items() if each in self._searches and each != lot.id
+        }
+        numbers = range(len(self.names) + 1, len(self.names) + 1 + len(lot.stalls))
+        self.names += tuple((stall.id, stall.label) for stall in lot.stalls)
+        values = np.column_stack([plan.centres, plan.angle, plan.width, plan.length])
+        is_confirmed = np.array([stall.is_confirmed for stall in lot.stalls], np.bool_)
+        others = tuple(placed.numbers for placed in self._placed.values())
+        index = tracker.put_plan(PlanStalls(plan, is_confirmed, numbers.start, others), version)
+        self._placed[lot.id] = _Placed(values, numbers)
         _call_unseen(tracker.rows, grid, time)
         return index
 
@@ -77,17 +114,26 @@ def _call_unseen(rows: Rows, grid: EvidenceGrid, time: float) -> None:
         rows["state"][index] = call_state(taken, rows["state"][index])
 
 
-def found_map(tracker: StallTracker, grid: EvidenceGrid) -> StallMap:
-    """Return the valid stalls that pictures have shown, and the ground that was seen well."""
+def found_map(tracker: StallTracker, grid: EvidenceGrid, about: NDArray[np.float64]) -> StallMap:
+    """Return the valid stalls that pictures have shown, and the ground that was seen well.
+
+    ``about``: two corners (2, 2) of (north, east), metres; nothing beyond is looked at.
+    """
     rows = tracker.confirmed
     rows = rows[~rows["inferred"] & (rows["seen"] > 0)]
-    return StallMap(rectangles_of(rows), well_seen(grid))
+    return StallMap(rectangles_of(rows[is_in(rows, about)]), well_seen(grid, about))
 
 
-def well_seen(grid: EvidenceGrid) -> MultiPolygon:
-    """Return the ground that was seen well, (north, east) metres, to the half of a coarse cell."""
-    extent = grid.extent()
-    if extent is None:
+def well_seen(grid: EvidenceGrid, about: NDArray[np.float64]) -> MultiPolygon:
+    """Return the ground that was seen well, (north, east) metres, to the half of a coarse cell.
+
+    ``about`` as for `found_map`.
+    """
+    whole = grid.extent()
+    if whole is None:
+        return MultiPolygon()
+    extent = np.stack([np.maximum(whole.min(0), about[0]), np.minimum(whole.max(0), about[1])])
+    if (extent[0] >= extent[1]).any():
         return MultiPolygon()
     window = Window.around(extent, COARSE_M)
     mask = np.pad((grid.coarse(window).well > 0.5).astype(np.uint8), 1)

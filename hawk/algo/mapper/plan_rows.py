@@ -7,6 +7,7 @@ in the plan, is extra: proposed to a person, and not counted. So is a find beyon
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -33,27 +34,41 @@ _ON: Final = 0.2
 _NEAR_M: Final = 6.0
 
 
-def with_plan(
-    rows: Rows, plan: Rectangles, is_confirmed: NDArray[np.bool_], version: int
-) -> tuple[Rows, NDArray[np.int64]]:
+@dataclass(frozen=True, slots=True)
+class PlanStalls:
+    """Stalls (N,) of a lot's plan with their numbers from ``first`` on, and which a person ``is_confirmed`` (N,).
+
+    ``others`` are the numbers of plans of other lots that stay.
+    """
+
+    stalls: Rectangles
+    is_confirmed: NDArray[np.bool_]
+    first: int = 1
+    others: tuple[range, ...] = ()
+
+
+def with_plan(rows: Rows, given: PlanStalls, version: int) -> tuple[Rows, NDArray[np.int64]]:
     """Return the table with the stalls of a plan (N,), and the ids of valid rows that had to go.
 
     A row that is a stall of the plan keeps its id and its state. New rows have the id 0. Rows of an earlier plan that
-    this one has not are rows like any other.
+    neither this one nor the others have are rows like any other.
     """
-    rows = rows.copy()
-    was_planned = rows["plan"] > 0
-    rows["plan"], rows["given"] = 0, False
+    rows, plan, is_confirmed = rows.copy(), given.stalls, given.is_confirmed
+    stays = np.zeros(len(rows), np.bool_)
+    for numbers in given.others:
+        stays |= (rows["plan"] >= numbers.start) & (rows["plan"] < numbers.stop)
+    was_planned = (rows["plan"] > 0) & ~stays
+    rows["plan"][was_planned], rows["given"][was_planned] = 0, False
     rows["touched"][was_planned] = version
     places = np.column_stack([rows["north"], rows["east"], angle_of(rows)])
     known, ours = mutual_nearest(places, plan.centres, plan.angle)
-    rows["plan"][known], rows["given"][known] = ours + 1, is_confirmed[ours]
+    rows["plan"][known], rows["given"][known] = ours + given.first, is_confirmed[ours]
     rows["touched"][known] = version
     rows["confirmed"][known] |= is_confirmed[ours]
     fixed = is_confirmed[ours]
     _shape(rows, known[fixed], plan, ours[fixed])
     fresh = np.setdiff1d(np.arange(len(plan)), ours)
-    added = _new_rows(plan, fresh, is_confirmed[fresh], version)
+    added = _new_rows(given, fresh, version)
     gone = _on_given(rows, np.concatenate([rows[rows["given"]], added[added["given"]]]))
     lost: NDArray[np.int64] = rows["id"][gone & rows["confirmed"]]
     return np.concatenate([rows[~gone], added]), lost
@@ -104,10 +119,10 @@ def _shape(rows: Rows, index: NDArray[np.intp], plan: Rectangles, ours: NDArray[
         rows[name][index] = False
 
 
-def _new_rows(plan: Rectangles, ours: NDArray[np.intp], is_confirmed: NDArray[np.bool_], version: int) -> Rows:
-    rows = np.zeros(len(ours), STALL_DTYPE)
-    _shape(rows, np.arange(len(ours)), plan, ours)
-    rows["plan"], rows["given"] = ours + 1, is_confirmed
+def _new_rows(plan: PlanStalls, ours: NDArray[np.intp], version: int) -> Rows:
+    rows, is_confirmed = np.zeros(len(ours), STALL_DTYPE), plan.is_confirmed[ours]
+    _shape(rows, np.arange(len(ours)), plan.stalls, ours)
+    rows["plan"], rows["given"] = ours + plan.first, is_confirmed
     rows["exists"], rows["solidity"], rows["state"] = np.where(is_confirmed, 0.0, _PRIOR), 1.0, UNKNOWN
     rows["confirmed"], rows["touched"] = True, version
     return rows

@@ -17,7 +17,6 @@ from scipy.spatial import cKDTree
 
 from hawk.algo.mapper import plan_rows, table
 from hawk.algo.mapper.delta import Recent
-from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
 
 Floats = NDArray[np.float64]
@@ -100,6 +99,10 @@ class StallTracker:
         """Number of all rows."""
         return len(self.rows) + self._far.count
 
+    def count_in(self, box: NDArray[np.float64]) -> int:
+        """Return the number of stalls in a box, two corners (2, 2) of (north, east); of far ones some more."""
+        return int(table.is_in(self.rows, box).sum()) + self._far.count_in(box)
+
     @property
     def confirmed(self) -> table.Rows:
         """A copy of all valid rows."""
@@ -167,14 +170,14 @@ class StallTracker:
         self.rows["confirmed"][index] = counts
         plan_rows.mark_extra(self.rows, index, version)
 
-    def put_plan(self, plan: Rectangles, is_confirmed: Mask, version: int) -> NDArray[np.intp]:
-        """Put the stalls of the lot's plan (N,) into the table, in place of an earlier plan; see `plan_rows.with_plan`.
+    def put_plan(self, plan: plan_rows.PlanStalls, version: int) -> NDArray[np.intp]:
+        """Put the stalls of a lot's plan into the table, in place of earlier plans; see `plan_rows.with_plan`.
 
         All rows are loaded until `attend` is called. Returns the indices of those that changed.
         """
         everything = np.concatenate([self.rows, self._far.all()])
         self._far, self._attended = table.FarStalls(), None
-        self.rows, lost = plan_rows.with_plan(everything, plan, is_confirmed, version)
+        self.rows, lost = plan_rows.with_plan(everything, plan, version)
         fresh = self.rows["id"] == 0
         self.rows["id"][fresh] = self.next_id + np.arange(int(fresh.sum()))
         self.next_id += int(fresh.sum())

@@ -183,6 +183,11 @@ class FarStalls:
         """Number of rows."""
         return sum(map(len, self._rows.values()))
 
+    def count_in(self, box: NDArray[np.float64]) -> int:
+        """Return the number of rows on squares that come into a box, two corners (2, 2) of (north, east)."""
+        (top, left), (bottom, right) = np.floor(box / SQUARE_M).astype(np.int64).tolist()
+        return sum(len(rows) for (i, j), rows in self._rows.items() if top <= i <= bottom and left <= j <= right)
+
     def put(self, rows: Rows) -> None:
         """Add rows."""
         i, j = (np.floor(rows[name] / SQUARE_M).astype(np.int64) for name in ("north", "east"))
@@ -212,6 +217,12 @@ class FarStalls:
     def all(self) -> Rows:
         """Return every row."""
         return _joined(list(self._rows.values()))
+
+
+def is_in(rows: Rows, box: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which rows (N,) lie in a box, two corners (2, 2) of (north, east), metres."""
+    places = np.column_stack([rows["north"], rows["east"]])
+    return np.asarray(((places >= box[0]) & (places <= box[1])).all(1), np.bool_)
 
 
 def square_of(north: float, east: float) -> Square:

@@ -17,7 +17,8 @@ from hawk.algo.path_plan.footprint import Footprint, LeanObserver, ReadableSpeed
 from hawk.algo.path_plan.lot_ground import FenceGuard, OutlinedGround
 from hawk.algo.path_plan.lot_route import RouteKeeper
 from hawk.algo.path_plan.overview import ExploreScene, GroundPart, Overview, near_tiles, with_margin
-from hawk.algo.path_plan.revisit import Revisit, RevisitScene
+from hawk.algo.path_plan.revisit import RevisitScene
+from hawk.algo.path_plan.round_flight import RoundFlight
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.topic_interface import AlgorithmTopicInterface
 from hawk.algo.vision.rectify import ground_footprint
@@ -62,7 +63,7 @@ class PathPlanApp:
         self._routes = RouteKeeper(self._settings.near_lot_m)
         self._asked_routes = RouteKeeper(self._settings.near_lot_m)
         self._explorer: Explorer | None = None
-        self._revisit: Revisit | None = None
+        self._round: RoundFlight | None = None
         self._explored_so_far = ExploreStatus()
         self._found_m2 = 0.0
         """Area of the lot when it was last explored, square metres."""
@@ -110,7 +111,7 @@ class PathPlanApp:
     def begin(self) -> None:
         """Forget what was explored: the map begins empty."""
         self._overview, self._explorer, self._explored_so_far = Overview(), None, ExploreStatus()
-        self._revisit = None
+        self._round = None
         self._routes, self._asked_routes = (RouteKeeper(self._settings.near_lot_m) for _ in range(2))
         self._last = Plan(PathPlan(), Health())
 
@@ -120,20 +121,20 @@ class PathPlanApp:
         if frame.fence != self._guard.fence:
             self._guard, self._overview = FenceGuard(frame.fence), Overview()
         self._take_outline(frame)
-        self._take_tour(frame)
+        self._take_tours(frame)
         self._readable.take(frame.captured)
         asked = self._verdict(frame, lot_map, frame.asked, self._asked_routes)
         verdict = self._verdict(frame, lot_map, frame.desired, self._routes)
         if frame.state is not StateName.AUTONOMOUS_EXPLORE:
-            self._explorer = self._revisit = None
+            self._explorer = self._round = None
         elif self._explorer is None:
             self._explorer, self._overview = Explorer(self._exploring), Overview()
         if self._explorer is not None and frame.pose is not None:
-            revisit = self._revisited(frame)
-            if revisit is None:
+            over_known = self._flown_round(frame)
+            if over_known is None:
                 path = self._explored(self._explorer, frame, frame.pose, lot_map)
             else:
-                path = self._flown_again(revisit, frame, frame.pose, lot_map)
+                path = self._flown_again(over_known, frame, frame.pose, lot_map)
             self._explored_so_far = path.explore
             self._found_m2 = lot_map.lot_area_m2()
         else:
@@ -201,22 +202,19 @@ class PathPlanApp:
         route = tuple(_point(p) for p in on[:_SHOWN])
         return PathPlan(target, swath.height, yaw, route, status, speed=self._readable.limit(swath.depth))
 
-    def _take_tour(self, frame: FrameInput) -> None:
-        """Begin the flight over a known lot again when another tour is asked for."""
-        before = None if self._revisit is None else self._revisit.asked
-        if self._revisit is not None and frame.tour != before:
-            self._revisit = None
+    def _take_tours(self, frame: FrameInput) -> None:
+        """Begin the flight over known lots again when other tours are asked for."""
+        if self._round is not None and frame.tours != self._round.tours:
+            self._round = None
 
-    def _revisited(self, frame: FrameInput) -> Revisit | None:
-        """Return the flight over the lot that is surveyed again; None without one, and while its plan is not there."""
-        tour, known = frame.tour, frame.known
-        if tour is None or (self._revisit is None and (known is None or known.id != tour.lot or not known.stalls)):
-            return None
-        if self._revisit is None and known is not None:
-            self._revisit = Revisit(self._settings, known, tour)
-        return self._revisit
+    def _flown_round(self, frame: FrameInput) -> RoundFlight | None:
+        """Return the flight over the lots that are surveyed again; None without one, and while a plan is missing."""
+        known = {lot.id: lot for lot in frame.known if lot.stalls}
+        if self._round is None and frame.tours and all(tour.lot in known for tour in frame.tours):
+            self._round = RoundFlight(self._settings, known, frame.tours)
+        return self._round
 
-    def _flown_again(self, revisit: Revisit, frame: FrameInput, pose: MapPose, lot_map: LotMap) -> PathPlan:
+    def _flown_again(self, over_known: RoundFlight, frame: FrameInput, pose: MapPose, lot_map: LotMap) -> PathPlan:
         height = exploring_height(frame.heights, frame.camera, self._settings.cm_per_pixel)
         swath = Swath.of(frame.camera, height, self._settings.known_share)
         self._lean.take(pose, frame.speed)
@@ -225,8 +223,10 @@ class PathPlanApp:
         shown = ground_footprint(frame.camera, pose) if not frame.map_problem else ()
         picture = np.array([(point.north, point.east) for point in shown]) if shown else None
         scene = RevisitScene(place, heading, frame.speed, self._footprint(swath), self._guard, picture)
-        plan = revisit.plan(scene, lot_map)
-        return self._path(plan, plan.status, frame, pose, swath)
+        plan = over_known.plan(scene, lot_map)
+        path = self._path(plan, plan.status, frame, pose, swath)
+        between = frame.heights.bounded(frame.heights.desired)
+        return replace(path, height=between) if over_known.is_between_lots and path.target is not None else path
 
     def _outlined_status(self, status: ExploreStatus, lot_map: LotMap) -> ExploreStatus:
         """Add what is asked for, and at the end what of it was not looked at."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from hawk.algo.ground import Bools, Indices, Mask, Place, Window
+from hawk.algo.ground import Bools, Floats, Indices, Mask, Place, Window
 
 _STEPS_ON = 2
 
@@ -45,19 +45,34 @@ def is_connected(mask: Mask, start: CellIndex, goal: CellIndex) -> bool:
 def farthest_in_sight(mask: Mask, window: Window, step: int, place: Place, end: Place) -> Place | None:
     """Return the farthest place on the shortest path to ``end`` that a straight line from ``place`` reaches.
 
-    A cell of the mask is ``step`` x ``step`` cells of the window; the nearest ones stand for both places, and a
-    diagonal step needs its two cells only. None when there is no path, or the ends have the same cell.
+    Cells, ends and path are those of `places_on_path`. None when there is no path, or the ends have the same cell.
     """
-    cells = np.argwhere(mask > 0)
-    if len(cells) == 0:
-        return None
-    start, goal = (_nearest(window, step, cells, p) for p in (place, end))
-    free = mask > 0
-    path = _path(_graph(free, _numbered(free), cuts_corners=True), start, goal)
-    if start == goal or path is None:
+    cells, path = _cells_on_path(mask, window, step, place, end)
+    if path is None:
         return None
     north, east = window.centres(*(cells[_last_in_sight(mask, cells, path)] * step))
     return float(north), float(east)
+
+
+def places_on_path(mask: Mask, window: Window, step: int, place: Place, end: Place) -> Floats | None:
+    """Return the cells' places (N, 2) of (north, east) on the shortest path from ``place`` to ``end``.
+
+    A cell of the mask is ``step`` x ``step`` cells of the window; the nearest ones stand for both places, and a
+    diagonal step needs its two cells only. None when there is no path, or the ends have the same cell.
+    """
+    cells, path = _cells_on_path(mask, window, step, place, end)
+    return None if path is None else np.column_stack(window.centres(*(cells[path] * step).T))
+
+
+def _cells_on_path(mask: Mask, window: Window, step: int, place: Place, end: Place) -> tuple[Indices, list[int] | None]:
+    """Return all cells (M, 2) of the mask, and those on the path, from the first on."""
+    cells = np.argwhere(mask > 0)
+    if len(cells) == 0:
+        return cells, None
+    start, goal = (_nearest(window, step, cells, p) for p in (place, end))
+    free = mask > 0
+    path = None if start == goal else _path(_graph(free, _numbered(free), cuts_corners=True), start, goal)
+    return cells, path
 
 
 def cells_touched(window: Window, start: Place, end: Place) -> tuple[Indices, Indices]:

@@ -19,7 +19,7 @@ from hawk.algo.frame import Steps
 from hawk.algo.ground import COARSE_M, Bools, Floats, Place, Window
 from hawk.algo.known_lot import plan_rectangles
 from hawk.algo.path_plan.footprint import Footprint, Singles, Swath, exploring_height
-from hawk.algo.path_plan.grid_search import farthest_in_sight
+from hawk.algo.path_plan.grid_search import places_on_path
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
 from hawk.algo.path_plan.tour import Terms, Tour, Wanted, as_place, length_of
@@ -50,6 +50,8 @@ _AROUND_M: Final = (60.0, 240.0)
 """About the straight line to a waypoint: room for the path around what lies outside the fence, a little first."""
 _ROUTE_STEP: Final = 2
 _MOST_CORNERS: Final = 12
+_LEAST_LEG_M: Final = 0.8
+"""A corner nearer than half a cell is where the drone is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +73,17 @@ def lot_tour(
     fence: Fence | None,
     start: Place,
     settings: PathPlanSettings | None = None,
+    toward: Place | None = None,
 ) -> Steps[LotTour]:
-    """Plan in steps the flight from a place over a known lot, inside the fence, at the height of an exploration."""
+    """Plan in steps the flight from a place over a known lot, inside the fence, at the height of an exploration.
+
+    ``toward`` is where the drone flies then: of equal tours the one that ends nearest to it is taken.
+    """
     settings = settings or PathPlanSettings()
     height = exploring_height(heights, camera, settings.cm_per_pixel)
     footprint = Footprint.of(Swath.of(camera, height, settings.known_share), settings)
     guard = FenceGuard(fence)
-    found = yield from known_tour(boxes_of(plan_rectangles(known)), footprint, start, guard.contain)
+    found = yield from known_tour(boxes_of(plan_rectangles(known)), footprint, start, guard.contain, toward=toward)
     points = [start]
     for end in found.places[1:]:
         points += path_inside(guard, points[-1], as_place(end))
@@ -108,9 +114,10 @@ def corner_inside(guard: FenceGuard, place: Place, end: Place) -> Place | None:
     for around in _AROUND_M:
         window = Window.around(np.array([place, end]), COARSE_M, around)
         mask = guard.mask(window)[::_ROUTE_STEP, ::_ROUTE_STEP]
-        corner = farthest_in_sight(mask, window, _ROUTE_STEP, place, end)
-        if corner is not None and math.dist(corner, place) > COARSE_M and guard.contains_line(place, corner):
-            return corner
+        places = places_on_path(mask, window, _ROUTE_STEP, place, end)
+        for corner in () if places is None else map(as_place, places[::-1]):
+            if math.dist(corner, place) > _LEAST_LEG_M and guard.contains_line(place, corner):
+                return corner
     return None
 
 
@@ -127,6 +134,7 @@ def known_tour(
     start: Place,
     allowed: Callable[[Floats], Bools] = lambda places: np.ones(len(places), np.bool_),
     margin_m: float = MARGIN_M,
+    toward: Place | None = None,
 ) -> Steps[KnownTour]:
     """Search in steps for the shortest tour that shows all boxes; return it.
 
@@ -136,12 +144,14 @@ def known_tour(
         start: Place of the drone.
         allowed: Returns True for those of places (T, 2) that may be waypoints.
         margin_m: By so much each box is grown on every side.
+        toward: Place to which the drone flies after the tour, whose length counts as well; None: none.
     """
     if len(boxes) == 0:
         return KnownTour(np.array([start], np.float64), 0.0)
     wanted = _wanted(grown(boxes, margin_m), footprint)
     terms = Terms(footprint, 1.0, turn_m=0.5, leg_m=0.2, trials=12, turned_first=True, allowed=allowed)
     begun = yield from _beginnings(wanted.cells, footprint, start, allowed)
+    begun.sort(key=lambda places: length_of(places) + _on(places, toward))
     searched = len(boxes) <= MOST_SEARCHED
     rng = np.random.default_rng(0)
     tours: list[Tour] = []
@@ -149,12 +159,17 @@ def known_tour(
         tours.append(Tour(terms, wanted, places, None, rng))
         yield
     for kept, heats in zip(_KEPT, _HEATS if searched else [()] * len(_KEPT), strict=True):
-        tours = sorted(tours, key=lambda tour: tour.cost)[:kept]
+        tours = sorted(tours, key=lambda tour: tour.cost + _on(tour.places, toward))[:kept]
         for tour in tours:
             yield from _annealed(tour, heats)
-    best = min(tours, key=lambda tour: tour.cost)
+    best = min(tours, key=lambda tour: tour.cost + _on(tour.places, toward))
     missed = round(best.missing / float(wanted.weights[0]))
     return KnownTour(best.places, length_of(best.places), missed)
+
+
+def _on(places: Floats, toward: Place | None) -> float:
+    """Return the distance from the end of a tour (K, 2) to a place, metres; 0 without one."""
+    return 0.0 if toward is None else math.dist(places[-1], toward)
 
 
 def grown(boxes: Singles, margin_m: float) -> Singles:
@@ -188,7 +203,7 @@ def _annealed(tour: Tour, heats: Sequence[float]) -> Steps[None]:
 def _beginnings(
     boxes: Singles, footprint: Footprint, start: Place, allowed: Callable[[Floats], Bools]
 ) -> Steps[list[Floats]]:
-    """Return tours (K, 2) along strips in many directions, the shortest first."""
+    """Return tours (K, 2) along strips in many directions."""
     first = float(np.median(np.arctan2(boxes[:, 3], boxes[:, 2]) % (math.pi / 2)))
     found: list[Floats] = []
     for number in range(2 * _DIRECTIONS):
@@ -196,7 +211,7 @@ def _beginnings(
             heading = first + number * math.pi / (2 * _DIRECTIONS)
             found.append(_to_and_fro(boxes, footprint, start, heading, side, allowed))
             yield
-    return sorted(found, key=length_of)
+    return found
 
 
 def _to_and_fro(

@@ -43,7 +43,7 @@ _MOST_SHIFTS: Final = 8
 _SWEEPS: Final = ((200, 1), (80, 2), (0, 4))
 """Sweeps of a frame, from that number of stalls on that are left."""
 _TRIES: Final = 6
-"""Frames in which no waypoint is found after which what is left is given up."""
+"""Frames in which no waypoint, or no path to the first one, is found after which what is left is given up."""
 _DROPS: Final = 12
 """Tries to leave out waypoints where a flight goes on: ground of the flight before need not be flown over."""
 _STEPS_M: Final = (6.0, 2.0, 0.7)
@@ -102,7 +102,7 @@ class Revisit:
         self._places: Floats = np.array([(p.north, p.east) for p in tour.points[1:]]).reshape(-1, 2)
         self._turns = Turns(replace(settings, least_turn_m2=_STALL_M2 - 1.0))
         self._rng = np.random.default_rng(0)
-        self._frame = self._quiet = self._idle = self._empty = 0
+        self._frame = self._quiet = self._idle = self._empty = self._barred = 0
         self._last: Place | None = None
         self._rim_flown = 0.0
         self._new: set[int] = set()
@@ -129,6 +129,16 @@ class Revisit:
         return self._leg(scene, left)
 
     @property
+    def seen(self) -> float:
+        """Share (0..1) of the stalls of the plan that were looked at."""
+        return float(self._looked[: self._count].mean()) if self._count else 1.0
+
+    @property
+    def has_given_up(self) -> bool:
+        """True when a stall of the plan was given up."""
+        return bool(self._given_up[: self._count].any())
+
+    @property
     def _route(self) -> tuple[Place, ...]:
         return tuple(as_place(place) for place in self._places)
 
@@ -138,11 +148,10 @@ class Revisit:
         """Move stalls and tour to where the plan lies on the map, once that is certain."""
         if self._is_placed or not isinstance(lot_map, KnownMap):
             return
-        placed = lot_map.plan_places()
-        if placed is None or placed[0].id != self.known.id or len(placed[1]) != self._count:
+        values = lot_map.plan_places(self.known.id)
+        if values is None or len(values) != self._count:
             return
         self._is_placed = True
-        values = placed[1]
         before, after = self._boxes[: self._count, :2].astype(np.float64), values[:, :2]
         turn = math.remainder(float(np.median((values[:, 2] - _angles(self.known)) % math.pi)), math.pi)
         self._boxes[: self._count] = boxes_of(Rectangles(values[:, :2], *values[:, 2:].T))
@@ -281,9 +290,11 @@ class Revisit:
         if self._empty:
             return Exploration(None, (), self._status(scene, done=False))
         target = corner_inside(scene.fence, scene.place, as_place(self._places[0]))
+        self._barred = 0 if target is not None else self._barred + 1
         if target is None:
-            self._give_up(scene, as_place(self._places[0]))
-            self._places = self._places[1:]
+            if self._barred > _TRIES:
+                self._give_up(scene, as_place(self._places[0]))
+                self._places = self._places[1:]
             return Exploration(None, (), self._status(scene, done=False))
         self._quiet = 0
         return Exploration(target, self._route, self._status(scene, done=False))
@@ -301,9 +312,8 @@ class Revisit:
 
     def _status(self, scene: RevisitScene, *, done: bool) -> ExploreStatus:
         left = round(sum(math.dist(a, b) for a, b in pairwise((scene.place, *self._route))), 1)
-        seen = float(self._looked[: self._count].mean()) if self._count else 1.0
         reason = "nothing is left to look at" if done else ""
-        return ExploreStatus(done, seen, left, reason, unreached=bool(self._given_up[: self._count].any()))
+        return ExploreStatus(done, self.seen, left, reason, unreached=self.has_given_up)
 
 
 def _seen_on(lot_map: LotMap, boxes: Singles) -> Bools:

@@ -340,7 +340,7 @@ _ROWS: Final = (
         button="remove-outline",
     ),
     CommandRow(
-        example=commands.SurveyAgain(lot="0b5f8a52-3c1e-4d7a-9c55-6f1f3f1f6a10"),
+        example=commands.SurveyAgain(lots=["0b5f8a52-3c1e-4d7a-9c55-6f1f3f1f6a10"]),
         states=UNLESS_IT_EXPLORES,
         button="survey-again",
     ),

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Final, Literal, Self
 
-from pydantic import BaseModel, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator
+from pydantic import BaseModel, Field, TypeAdapter, ValidationError, ValidationInfo, field_validator, model_validator
 
 from hawk.comm.protocol.authority import PersonName
 from hawk.comm.protocol.base import Command as Command
@@ -21,6 +21,8 @@ from hawk.comm.protocol.heartbeat import MOST_CORNERS as MOST_CORNERS
 from hawk.comm.protocol.heartbeat import Corners, FenceCorner, Heartbeat, Point
 from hawk.formats.validation import reason_of
 
+MOST_LOTS: Final = 12
+"""Lots of a round: the search for their order doubles with each."""
 MOST_OUTLINE_RINGS = 12
 """Polygons, and holes, of an outline."""
 MOST_OUTLINE_CORNERS = 200
@@ -77,13 +79,21 @@ class ClearOutline(Command):
 
 
 class SurveyAgain(Command):
-    """Survey a known lot again: the next Explore looks at every stall of its plan once more, then at what is new at
-    its rim. It sets the lot's ground as the outline; Clear Outline ends it. Not while it explores.
+    """Survey known lots again: the next Explore looks at every stall of their plans once more, then at new ones at
+    their rims. It sets the lots' ground as the outline; Clear Outline ends it. Not while it explores.
     """
 
     type: Literal["Survey Again"] = "Survey Again"
-    lot: str = Field(min_length=1, max_length=64)
-    """Id of the lot, as in ``/api/v1/lots``."""
+    lots: list[Annotated[str, Field(min_length=1, max_length=64)]] = Field(default=[], max_length=MOST_LOTS)
+    """Ids of the lots, as in ``/api/v1/lots``."""
+    due: bool = False
+    """True, without ``Lots``: all lots inside the fence whose survey is due."""
+
+    @model_validator(mode="after")
+    def _lots_or_due(self) -> Self:
+        if bool(self.lots) is self.due:
+            raise ValueError("Lots: name lots, or set Due without any")
+        return self
 
 
 class FlyPlan(Command):

@@ -179,8 +179,8 @@ class OutlineSetup(Spoken):
     """Parts of the polygons that do not belong to it."""
     area: Finite
     """Of the whole, also outside the fence, square metres."""
-    again: str = ""
-    """Id of the known lot that is surveyed again, whose ground it is; empty for any other area."""
+    again: tuple[str, ...] = ()
+    """Ids of the known lots that are surveyed again, whose ground it is; empty for any other area."""
 
 
 class SectionUpdate(Outgoing):
@@ -286,6 +286,8 @@ class VehicleStatus(Outgoing):
     upper bound)."""
     survey_share: Known = None
     """Share (0..1) of the rest of the survey that the battery allows."""
+    survey_batteries: int | None = None
+    """Batteries for the rest of the survey, the present one included; null while not known."""
     survey_time_left: Known = None
     """Seconds of the rest of the survey, without take-off and the flight home, as far as `survey_basis` knows it."""
     satellites: int | None = None
@@ -321,6 +323,18 @@ class PoseStatus(Outgoing):
     def place(self) -> MapPoint | None:
         """Place in the map frame."""
         return None if self.north is None or self.east is None else MapPoint(self.north, self.east)
+
+
+class RoundLotStatus(Outgoing):
+    """A known lot that is surveyed again."""
+
+    lot: str
+    """Its id."""
+    name: str
+    seen: Finite = 0.0
+    """Share (0 to 1) of its stalls that were looked at."""
+    is_over: bool = False
+    """True when it is stored as a survey."""
 
 
 class PlanOfferStatus(Outgoing):
@@ -364,7 +378,9 @@ class SiteStatus(Outgoing):
     outline_outside: Known = None
     """Square metres of the outline that the fence leaves out; null without one."""
     again_distance: Known = None
-    """Length of the planned flight over the lot that is surveyed again, metres; null until it is planned."""
+    """Length of the planned flight over the lots that are surveyed again, metres; null until it is planned."""
+    again_lots: tuple[RoundLotStatus, ...] = ()
+    """The lots that are surveyed again."""
     plan_offer: PlanOfferStatus | None = None
     """The changed plan that waits for an answer; null while the flight has the newest one."""
 

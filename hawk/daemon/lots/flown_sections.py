@@ -1,4 +1,4 @@
-"""Counts the sections of the lot that is flown over, beside the flight, for its heartbeats."""
+"""Counts the sections of the lots that are flown over, beside the flight, for its heartbeats."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from hawk.model.poses import GlobalPose
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
+
     from hawk.lots import flown_sections as queries
     from hawk.lots.plan import versions
 else:
@@ -27,12 +29,12 @@ COUNT_S: Final = 2.0
 
 
 class SectionCounter:
-    """`current` are the sections as they are counted so far; none where the lot has none or is not known."""
+    """`current` are the sections as they are counted so far; none where no lot has any or is known."""
 
     def __init__(
         self,
         store: LotStore,
-        lot: Callable[[], str],
+        lots: Callable[[], tuple[str, ...]],
         datum: Callable[[], GlobalPose | None],
         occupancy: Callable[[], OccupancyMap | None],
         count_s: float = COUNT_S,
@@ -41,13 +43,13 @@ class SectionCounter:
 
         Args:
             store: The lots' store; nothing is read before somebody has opened it.
-            lot: Returns the id of the lot that is flown over, "" where none is known.
+            lots: Returns the ids of the lots that are flown over.
             datum: Returns the origin of the map; None before there is one.
             occupancy: Returns the map; None before there is one.
             count_s: Real seconds between two counts.
         """
         self._store = store
-        self._lot = lot
+        self._lots = lots
         self._datum = datum
         self._occupancy = occupancy
         self._count_s = count_s
@@ -61,20 +63,26 @@ class SectionCounter:
             await asyncio.sleep(self._count_s)
 
     async def count(self) -> None:
-        """Count again where the lot, its plan or the map changed. A store that cannot be read leaves the counts."""
-        lot, datum = self._lot(), self._datum()
-        if not lot or datum is None or not self._store.is_open:
+        """Count again where lots, their plans or the map changed. A store that cannot be read leaves the counts."""
+        lots, datum = self._lots(), self._datum()
+        if not lots or datum is None or not self._store.is_open:
             self.current, self._counted = (), ()
             return
         place, now = (datum.latitude, datum.longitude), self._occupancy() or OccupancyMap()
+
+        def count(connection: Connection) -> tuple[FlownSection, ...]:
+            return tuple(one for lot in lots for one in queries.flown_sections(connection, lot, place, now))
+
         try:
-            revision = await self._store.read(lambda connection: versions.revision_of(connection, lot))
-            asked = (lot, revision, place, now.map_id, now.version)
+            revisions = await self._store.read(
+                lambda connection: [versions.revision_of(connection, lot) for lot in lots]
+            )
+            asked = (lots, revisions, place, now.map_id, now.version)
             if asked == self._counted:
                 return
-            found = await self._store.read(lambda connection: queries.flown_sections(connection, lot, place, now))
+            found = await self._store.read(count)
         except LotStoreError as error:
-            _LOG.warning("the sections of the lot cannot be counted: %s", error)
+            _LOG.warning("the sections of the lots cannot be counted: %s", error)
             return
         self._counted = asked
         if found != self.current:

@@ -1,7 +1,8 @@
 """Saves each survey in the lots' store once the drone has landed, and says on the page where it went.
 
-The flight waits for none of it. A save that fails is a message with its remedy and is tried again, while the drone is
-on the ground; the map and its exports do not depend on it.
+A lot of a round is saved in flight as soon as the round is done with it. The flight waits for none of it. A save that
+fails is a message with its remedy and is tried again, while the drone is on the ground; the map and its exports do not
+depend on it.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ import asyncio
 import contextlib
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -18,6 +19,7 @@ from hawk.lots.store import LotStore
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import Doubtful, KnownGround, LotStoreError, MappedGround, Placed, Registration, Saved
 from hawk.model.operation import Level
+from hawk.model.plans import PathPlan
 from hawk.model.sentences import say
 
 _LOG = logging.getLogger(__name__)
@@ -75,7 +77,10 @@ class LotKeeper:
         self._armed: bool | None = None
         self._armed_at: float | None = None
         self._due = asyncio.Event()
-        self._kept: tuple[str, int] | None = None
+        self._kept: dict[str, tuple[str, int]] = {}
+        """Survey and version of the map that was saved, by the lot of a round; "": the whole flight."""
+        self._over: frozenset[str] = frozenset()
+        self._left_of: tuple[str, float | None] = ("", None)
         self._failure = ""
         self._lock = asyncio.Lock()
         self._flying: set[asyncio.Task[None]] = set()
@@ -99,6 +104,13 @@ class LotKeeper:
         if not armed:
             self._due.set()  # at the first word too: an earlier run may have ended in the air
 
+    def note_plan(self, plan: PathPlan) -> None:
+        """Note with which lots the round is done: each is saved at once."""
+        over = frozenset(look.lot for look in plan.explore.lots if look.is_over)
+        if over - self._over:
+            self._due.set()
+        self._over = over
+
     async def run(self) -> None:
         """Open the store, and save each survey that has landed, until cancelled."""
         if self._armed:
@@ -115,24 +127,44 @@ class LotKeeper:
                         self._due.clear()  # one that stays set would never let another task run
 
     async def keep(self) -> bool:
-        """Save the survey as it is now, unless it was saved or is flown; return False when that failed."""
+        """Save the survey as it is now, lot by lot in a round, unless it was saved; return False when that failed.
+
+        In flight only lots are saved with which a round is done.
+        """
         async with self._lock:
-            landed = self._landed()
-            if landed is None or self._armed:
-                return bool(self._armed) or not self._is_awaited
-            self._is_awaited = False
-            state = (landed.name, landed.current.version)
-            if state == self._kept:
-                return True
+            landed, is_armed = self._landed(), bool(self._armed)
+            if landed is None:
+                return is_armed or not self._is_awaited
+            self._is_awaited = self._is_awaited and is_armed
+            return await self._save(landed, self._lots_due(landed, is_armed=is_armed))
+
+    def _lots_due(self, landed: LandingFacts, *, is_armed: bool) -> list[str]:
+        """Return the lots of a round that are to be saved, by their ids; "" for the whole of any other flight."""
+        lots = () if landed.outline is None else landed.outline.lots
+        if len(lots) < 2:
+            return [] if is_armed else [""]
+        if is_armed and not self._store.is_open:
+            return []  # loading its libraries delays a tick
+        done = {lot.id for lot in lots if lot.is_over and self._kept.get(lot.id, ("",))[0] == landed.name}
+        return [lot.id for lot in lots if lot.id not in done and (lot.is_over or not is_armed)]
+
+    async def _save(self, landed: LandingFacts, lots: Sequence[str]) -> bool:
+        state, flown = (landed.name, landed.current.version), replace(landed, flown_s=self._flown_s())
+        for lot in lots:
+            if self._kept.get(lot) == state:
+                continue
             try:
-                saved = await self._store.save(replace(landed, flown_s=self._flown_s()))
+                saved = await (self._store.save_share(flown, lot) if lot else self._store.save(flown))
             except LotStoreError as error:
                 self._fail(str(error))
                 return False
-            self._kept, self._failure = state, ""
-            self._stored()
-            self._report(saved)
-            return True
+            self._kept[lot], self._failure = state, ""
+            if saved is not None:
+                self._stored()
+                self._report(saved)
+        if not self._armed and self._armed_at is not None:
+            self._report_left(landed)
+        return True
 
     def _flown_s(self) -> float:
         """Return the real seconds since the last take-off that this run has seen."""
@@ -151,6 +183,15 @@ class LotKeeper:
         self._failure = words
         _LOG.error("the store of lots: %s", words)
         self._add_message("error", say("The survey is not in the store of lots; its map and files are whole."), words)
+
+    def _report_left(self, landed: LandingFacts) -> None:
+        """Say once a flight which lots of a round were not finished."""
+        lots = () if landed.outline is None else landed.outline.lots
+        left = ", ".join(lot.name for lot in lots if not lot.is_over)
+        if left and len(lots) > 1 and self._left_of != (landed.name, self._armed_at):
+            self._left_of = (landed.name, self._armed_at)
+            words = say("Fly on after a battery swap, or survey them again: they are first then.")
+            self._add_message("warning", say("Not finished: {lots}.", lots=left), words)
 
     def _report(self, saved: Saved) -> None:
         if saved.placed is Placed.UNDECIDED:

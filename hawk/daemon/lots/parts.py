@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Self
 
@@ -14,7 +15,7 @@ from hawk.config.sections import Config, FenceSettings
 from hawk.daemon.lots.flown_sections import SectionCounter
 from hawk.daemon.lots.keeper import LotKeeper, find_stalls
 from hawk.daemon.lots.known_lot import KnownLotFollower
-from hawk.daemon.lots.schedule import Schedule
+from hawk.daemon.lots.schedule import Schedule, due_lots
 from hawk.daemon.lots.tour import Surroundings, TourKeeper
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
@@ -58,8 +59,9 @@ class LotParts:
         """Make them; arguments as those of `LotKeeper`, `KnownLotFollower`, `TourKeeper` and `SectionCounter`."""
         store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
         tours = TourKeeper(around)
-        known = KnownLotFollower(store, datum, survey, add_message, tours=tours)
-        sections = SectionCounter(store, lambda: known.lot, datum, occupancy)
+        is_due = partial(due_lots, config.schedule, time.time)
+        known = KnownLotFollower(store, datum, survey, add_message, tours=tours, due=is_due)
+        sections = SectionCounter(store, lambda: known.lots, datum, occupancy)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored, stored=known.wake)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
         documents = DocumentSender(store, config.collect, time.time, lambda: keeper.is_armed, add_message)
@@ -82,7 +84,7 @@ def surroundings(
     autopilot: MavsdkAutopilot, camera: DroneCamera, inputs: DdcInputs, topics: DdcTopicInterface,
     manager: OperationsManager, settings: FenceSettings,
 ) -> Surroundings:  # fmt: skip
-    """Return what the flight over a lot that is surveyed again depends on."""
+    """Return what the flight over lots that are surveyed again depends on."""
 
     def here() -> GlobalPose | None:
         pose = topics.get_pose()
@@ -97,7 +99,7 @@ def surroundings(
             return None
 
     return Surroundings(
-        asked=lambda: "" if (outline := manager.outlines.outline) is None else outline.again,
+        asked=lambda: () if (outline := manager.outlines.outline) is None else outline.lots,
         here=here,
         camera=lambda: camera.model,
         heights=topics.get_heights,

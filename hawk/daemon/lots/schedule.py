@@ -83,6 +83,13 @@ def moments_due(
     return sorted(found)
 
 
+def due_lots(
+    entries: Sequence[ScheduledSurvey], wall: Callable[[], float], lot: str, name: str, last: float | None
+) -> bool:
+    """Return True when a survey of a lot is due now, by its id or name; ``last`` as for `moments_due`."""
+    return bool(entries) and bool(moments_due(entries, lot, name, last, wall(), 0))
+
+
 def is_flown(last: float | None, moment: datetime) -> bool:
     """Return True when a survey that ended at ``last``, Unix seconds, is the one that was due at a moment."""
     return last is not None and last >= (moment - EARLY).timestamp()

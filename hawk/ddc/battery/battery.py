@@ -169,6 +169,7 @@ class BatteryReading:
             plan=topics.get_path_plan(),
             lot_area=topics.get_occupancy_map().lot_area_m2,
             heights=instant.heights,
+            tour_m=topics.get_lots_ahead().tour_m,
             outline_area=self._grounds.outline_area(instant),
             fence_area=lambda: self._grounds.fence_area(instant),
         )

@@ -46,6 +46,12 @@ class Reserve:
     """Charge that the flight home costs, without the reserve; by the path inside the fence where it is longer."""
     seconds_home: float = 0.0
     """Seconds from here until it has landed at home."""
+    drain: float = 0.0
+    """Percent a second, as the other figures count it."""
+
+    def lasts_beyond(self, out_s: float, back_s: float) -> bool:
+        """Return True when the charge lasts for ``out_s`` seconds away, ``back_s`` back here, and the flight home."""
+        return self.percentage - self.drain * (out_s + SAFETY_FACTOR * back_s) > self.needed
 
     @property
     def lasts(self) -> bool:
@@ -112,7 +118,7 @@ class DrainReading:
         drain = self.drain
         flight = SAFETY_FACTOR * home * drain
         needed = self._reserve + flight
-        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain), flight, home)
+        return Reserve(percentage, needed, max(0.0, (percentage - needed) / drain), flight, home, drain)
 
 
 KEPT_FLIGHTS: Final = 3

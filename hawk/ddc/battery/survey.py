@@ -94,6 +94,8 @@ class SurveyNeed:
     """False when the drain is assumed: no flight has measured it yet."""
     flown_s: float = 0.0
     """Seconds that this survey explored so far, in all of its flights."""
+    reserve: float = 0.0
+    """Charge that stays at the landing, a part of ``home``."""
 
     @property
     def left(self) -> float:
@@ -104,6 +106,14 @@ class SurveyNeed:
     def is_enough(self) -> bool:
         """True when the rest of the survey can be flown."""
         return self.left >= 0.0
+
+    @property
+    def batteries(self) -> int:
+        """Batteries for the rest of the survey, the present one included; each other one is full, and flies to the lot
+        and home.
+        """
+        full = 100.0 - self.home - (self.home - self.reserve) / energy.SAFETY_FACTOR
+        return 1 if self.is_enough else 1 + math.ceil(-self.left / max(full, 1.0))
 
     @property
     def share(self) -> float:
@@ -144,6 +154,7 @@ def need_on_ground(
         home=battery.reserve + energy.SAFETY_FACTOR * back * battery.drain,
         charge=battery.charge,
         is_measured=battery.is_measured,
+        reserve=battery.reserve,
     )
 
 
@@ -152,7 +163,16 @@ def need_in_flight(
 ) -> SurveyNeed:
     """Return the need in flight; ``home`` is the charge that the flight home needs now, the reserve included."""
     seconds = sweep.seconds(distance, begins=basis != "planner")
-    return SurveyNeed(basis, area, seconds, seconds * battery.drain, home, battery.charge, battery.is_measured)
+    return SurveyNeed(
+        basis,
+        area,
+        seconds,
+        seconds * battery.drain,
+        home,
+        battery.charge,
+        battery.is_measured,
+        reserve=battery.reserve,
+    )
 
 
 def _middle_distance(area: float) -> float:
@@ -233,6 +253,8 @@ class Sighting:
     heights: HeightParameters
     outline_area: float | None
     """Of the outline inside the fence, square metres; None without one."""
+    tour_m: float | None
+    """Length of the planned flight over lots that are surveyed again; None without one."""
     fence_area: Callable[[], float | None]
     """Area of the fence in force or planned, square metres; None while there is none."""
 
@@ -343,7 +365,8 @@ class SurveyReading:
         if self._continues and seen.lot_area > 0.0:
             return "map", seen.lot_area, sweep.distance(seen.lot_area)
         if seen.outline_area is not None:
-            return "outline", seen.outline_area, sweep.distance(seen.outline_area)
+            distance = sweep.distance(seen.outline_area) if seen.tour_m is None else seen.tour_m
+            return "outline", seen.outline_area, distance
         area = seen.fence_area()
         return None if area is None else ("fence", area, sweep.distance(area))
 

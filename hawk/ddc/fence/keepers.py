@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hawk.comm.protocol.heartbeat import FenceSetup, OutlineSetup
 from hawk.ddc.fence.geojson import fence_feature, read_fence, read_survey_outline
 from hawk.ddc.fence.geometry import FenceError, area
-from hawk.ddc.fence.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of
+from hawk.ddc.fence.outline import OutlineError, OutlineFacts, area_words, check_rings, corners_of, ground_of, is_left
 from hawk.ddc.fence.plan import FencePlan, check_plan, fence_setup
 from hawk.ddc.settings import DdcSettings, SurveyMemory
 from hawk.model.operation import Level
@@ -147,6 +149,20 @@ class OutlineKeeper:
         self.setup = _setup(self._outline, is_file=False)
         self._keep(self._outline)
 
+    def end_lots(self, lots: Sequence[str]) -> None:
+        """Note, and journal, that a round has looked at these lots, by their ids."""
+        if self._outline is not None:
+            now = tuple(replace(lot, is_over=lot.is_over or lot.id in lots) for lot in self._outline.lots)
+            self._outline = replace(self._outline, lots=now)
+            self._keep(self._outline)
+
+    def begin_survey(self) -> None:
+        """Journal a set outline for another survey. Lots that the last one did not finish are first."""
+        before = self.outline
+        if before is not None and self.setup.source == "set":
+            lots = (replace(lot, is_first=is_left(lot, before.lots), is_over=False) for lot in before.lots)
+            self.use(replace(before, lots=tuple(lots)))
+
     def ground(self, datum: GlobalPose | None, fence: Fence | None) -> AskedGround | None:
         """Return the part inside a fence on the map of a datum; None without an outline, or before there are both."""
         outline = self.outline
@@ -157,10 +173,9 @@ class OutlineKeeper:
         if self.outline is None:
             return None
         ground = self.ground(datum, fence)
-        again = self.setup.again
         if ground is None:
-            return OutlineFacts(self.setup.area, 0.0, again)
-        return OutlineFacts(ground.area, ground.outside, again)
+            return OutlineFacts(self.setup.area, 0.0, self.outline.lots)
+        return OutlineFacts(ground.area, ground.outside, self.outline.lots)
 
     def _kept(self, outline: Outline | None) -> Outline | None:
         """Return the journalled outline if it can be used."""
@@ -190,5 +205,5 @@ def _setup(outline: Outline | None, *, is_file: bool) -> OutlineSetup:
         polygons=corners_of(outline.polygons),
         holes=corners_of(outline.holes),
         area=round(check_rings(outline), 1),
-        again=outline.again,
+        again=tuple(lot.id for lot in outline.lots),
     )

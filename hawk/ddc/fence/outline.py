@@ -9,13 +9,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely import Polygon
 
 from hawk.comm.protocol.commands import SetOutline
 from hawk.comm.protocol.heartbeat import FenceCorner
 from hawk.ddc.fence import geometry
-from hawk.model.plans import AskedGround, Fence, Outline
+from hawk.model.plans import AskedGround, Fence, Outline, RoundLot
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
 
@@ -33,8 +35,8 @@ class OutlineFacts:
 
     area: float
     outside: float
-    again: str = ""
-    """Id of the known lot that is surveyed again, whose ground it is; empty for any other area."""
+    lots: tuple[RoundLot, ...] = ()
+    """Known lots that are surveyed again, whose ground it is; empty for any other area."""
 
 
 def outline_of(command: SetOutline) -> Outline:
@@ -53,20 +55,12 @@ def check_rings(outline: Outline) -> float:
     names = [say("Polygon {number}", number=number) for number, _ in enumerate(outline.polygons, 1)]
     names += [say("Hole {number}", number=number) for number, _ in enumerate(outline.holes, 1)]
     for name, ring in zip(names, rings, strict=True):
-        _check(name, Polygon(tuple((round(north, 2), round(east, 2)) for north, east in ring)), ring)
-    south, west, north, east = shapely.total_bounds([Polygon(ring) for ring in rings])
-    widest = max(north - south, east - west)
-    if widest > geometry.MOST_EXTENT_M:
-        raise OutlineError(
-            say(
-                "Polygons: the outline is {widest:.0f} m wide: draw it at most {most:.0f} m wide.",
-                widest=widest,
-                most=geometry.MOST_EXTENT_M,
-            )
-        )
-    whole = shapely.union_all([Polygon(ring) for ring in rings[: len(outline.polygons)]])
-    for number, ring in enumerate(rings[len(outline.polygons) :], 1):
-        if not whole.intersects(Polygon(ring)):
+        _check(name, _polygon(np.round(ring, 2)), ring)
+    polygons = [_polygon(np.array(ring)) for ring in rings]
+    _check_extent(polygons)
+    whole = shapely.union_all(polygons[: len(outline.polygons)])
+    for number, hole in enumerate(polygons[len(outline.polygons) :], 1):
+        if not whole.intersects(hole):
             raise OutlineError(
                 say("Hole {number}: lies outside every polygon: draw it inside one, or leave it out.", number=number)
             )
@@ -88,6 +82,31 @@ def ground_of(outline: Outline, datum: GlobalPose, fence: Fence) -> AskedGround:
     pieces = tuple(tuple(_open(ring) for ring in (part.exterior, *part.interiors)) for part in parts)
     area = float(sum(part.area for part in parts))
     return AskedGround(pieces, area, max(0.0, float(whole.area) - area))
+
+
+def is_left(lot: RoundLot, lots: Sequence[RoundLot]) -> bool:
+    """Return True for a lot that a round with these lots did not finish, or that an earlier one did not."""
+    return not lot.is_over and (lot.is_first or any(each.is_over for each in lots))
+
+
+def overlap(outlines: Sequence[Outline]) -> tuple[int, int, float] | None:
+    """Return the numbers of two outlines that share `LEAST_OUTLINE_M2` or more, and that area, m²; None without.
+
+    Raises:
+        OutlineError: Together they are wider than an outline may be.
+    """
+    origin = GlobalPose(*outlines[0].polygons[0][0], 0.0)
+    owners = [number for number, outline in enumerate(outlines) for _ in outline.polygons]
+    rings = geometry.converted([ring for outline in outlines for ring in outline.polygons],
+                               lambda ring: geometry.ring_to_map(origin, ring))  # fmt: skip
+    polygons = [_polygon(np.array(ring)) for ring in rings]
+    _check_extent(polygons)
+    touching = shapely.STRtree(polygons).query(polygons, predicate="intersects").T.tolist()
+    for one, other in sorted({(owners[a], owners[b]) for a, b in touching if owners[a] < owners[b]}):
+        area = float(shapely.intersection(_shape(outlines[one], origin), _shape(outlines[other], origin)).area)
+        if area >= LEAST_OUTLINE_M2:
+            return one, other, area
+    return None
 
 
 def size_words(area: float, outside: float = 0.0) -> str:
@@ -128,9 +147,28 @@ def _check(name: str, polygon: Polygon, ring: geometry.Ring) -> None:
         )
 
 
+def _check_extent(polygons: Sequence[Polygon]) -> None:
+    south, west, north, east = shapely.total_bounds(polygons)
+    widest = max(north - south, east - west)
+    if widest > geometry.MOST_EXTENT_M:
+        raise OutlineError(
+            say(
+                "Polygons: the outline is {widest:.0f} m wide: draw it at most {most:.0f} m wide.",
+                widest=widest,
+                most=geometry.MOST_EXTENT_M,
+            )
+        )
+
+
+def _polygon(ring: NDArray[np.float64]) -> Polygon:
+    """Return corners (N, 2) as a polygon, twenty times as fast as the class of shapely makes one of tuples."""
+    polygon: Polygon = shapely.polygons(ring)
+    return polygon
+
+
 def _shape(outline: Outline, datum: GlobalPose) -> shapely.Geometry:
     rings = geometry.converted((*outline.polygons, *outline.holes), lambda ring: geometry.ring_to_map(datum, ring))
-    polygons = [Polygon(ring) for ring in rings]
+    polygons = [_polygon(np.array(ring)) for ring in rings]
     count = len(outline.polygons)
     return shapely.difference(shapely.union_all(polygons[:count]), shapely.union_all(polygons[count:]))
 

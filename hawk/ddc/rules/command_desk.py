@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from hawk.comm.protocol import commands
@@ -31,11 +32,12 @@ from hawk.ddc.parameters.failsafes import return_altitude
 from hawk.ddc.parameters.reader import ParameterReader
 from hawk.ddc.readings.operator import SOME_OPERATOR
 from hawk.ddc.readings.topic_interface import VERDICT_AGE_S
-from hawk.ddc.rules.again import again_outline, lot_of
+from hawk.ddc.rules.again import again_outline, lots_of
 from hawk.ddc.rules.judge import fence_ahead, is_sent_unheard, place_of, place_refusal, refusal, route_refusal
 from hawk.ddc.rules.kill import TOKEN_VALID_S, KillSwitch, KillTokens
 from hawk.ddc.rules.needs import Refusal, Situation
 from hawk.ddc.settings import DdcSettings
+from hawk.model.known_lot import LotAhead
 from hawk.model.operation import UserError
 from hawk.model.plans import DesiredPose, HeightParameters, Inbound, Outline, Verdict
 from hawk.model.poses import MapPoint
@@ -283,9 +285,10 @@ class CommandDesk:
                 outline = outline_of(command)
                 taken = Log("ok", _taken_words(outline, facts, situation.settings))
                 return Ruling(accepted, (NO_USER_ERROR, UseOutline(outline), taken))
-            case commands.SurveyAgain() if (lot := lot_of(command, facts)) is not None:
-                asked = say("{name} is surveyed again: {stalls} stalls.", name=lot.name, stalls=lot.stalls)
-                return Ruling(accepted, (NO_USER_ERROR, UseOutline(again_outline(lot)), Log("ok", asked)))
+            case commands.SurveyAgain():
+                lots = lots_of(command, facts, fence_ahead(facts, situation.settings))
+                words = Log("ok", _round_words(lots))
+                return Ruling(accepted, (NO_USER_ERROR, UseOutline(again_outline(lots, facts)), words))
             case commands.FlyPlan() if (offer := facts.lots.offer) is not None:
                 flown = say(
                     "The changed plan of {name} is flown: {stalls} stalls.", name=offer.lot, stalls=offer.stalls
@@ -356,6 +359,19 @@ def _judge_fence(client: ClientId, command: commands.CheckFence, situation: Situ
     place = facts.global_place
     standpoint = Standpoint(place, facts.position.datum or place, return_altitude(situation.values))
     return JudgeFence(client, command, facts.limits.heights, standpoint)
+
+
+def _round_words(lots: Sequence[LotAhead]) -> str:
+    """Return the message about lots that are surveyed again."""
+    stalls = sum(lot.stalls for lot in lots)
+    if len(lots) == 1:
+        return say("{name} is surveyed again: {stalls} stalls.", name=lots[0].name, stalls=stalls)
+    return say(
+        "{count} lots are surveyed again in one flight: {stalls} stalls. {names}",
+        count=len(lots),
+        stalls=stalls,
+        names=", ".join(lot.name for lot in lots),
+    )
 
 
 def _taken_words(outline: Outline, facts: Facts, settings: DdcSettings) -> str:

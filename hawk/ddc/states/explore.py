@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from hawk.ddc.acts import STAY, Acts, Log, SendTarget, ShowUserError, Step
+from hawk.ddc.acts import STAY, Acts, EndLots, Log, SendTarget, ShowUserError, Step
+from hawk.ddc.battery.energy import SLOWEST_M_S
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.geometry import path_is_inside, path_words
 from hawk.ddc.fence.outline import OutlineFacts, area_words
 from hawk.ddc.motion import Carrot, Goal, Roaming
-from hawk.ddc.orders import ToHover
+from hawk.ddc.orders import Cause, CauseKind, ToHover, ToReturn
+from hawk.ddc.readings.wind import ground_speed
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states.base import AirborneState, ModeKeeper
 from hawk.ddc.words import direction, metres, sentence
@@ -128,11 +130,32 @@ def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
 
 
 def again_words(explore: ExploreStatus) -> str:
-    """Return in words which stalls of a known lot were looked at once more."""
+    """Return in words which stalls of known lots were looked at once more."""
+    if explore.seen >= 1.0 and len(explore.lots) > 1:
+        return say("Surveyed again: every stall of {count} lots was looked at.", count=len(explore.lots))
     if explore.seen >= 1.0:
         return say("Surveyed again: every stall was looked at.")
     return say("Surveyed again: {seen:.0f} % of the stalls were looked at, the rest was not reached.",
                seen=math.floor(explore.seen * 100))  # fmt: skip
+
+
+def lots_over(explore: ExploreStatus, round_: OutlineFacts | None) -> Acts:
+    """Return the acts that end the lots with which the flight is done; one alone is reported by the end of Explore."""
+    seen = {look.lot: look.seen for look in explore.lots if look.is_over}
+    lots = () if round_ is None else round_.lots
+    ended = [lot for lot in lots if lot.id in seen and not lot.is_over]
+    if not ended:
+        return ()
+    said = tuple(Log("ok", lot_words(lot.name, seen[lot.id])) for lot in ended if len(lots) > 1)
+    return EndLots(tuple(lot.id for lot in ended)), *said
+
+
+def lot_words(name: str, seen: float) -> str:
+    """Return in words what was looked at of one lot of several; ``seen`` is the share of its stalls, 0 to 1."""
+    if seen >= 1.0:
+        return say("{name}: every stall was looked at.", name=name)
+    return say("{name}: {seen:.0f} % of the stalls were looked at, the rest was not reached.",
+               name=name, seen=math.floor(seen * 100))  # fmt: skip
 
 
 class AutonomousExploreState(AirborneState):
@@ -169,7 +192,7 @@ class AutonomousExploreState(AirborneState):
             return say("Waiting for a plan.")
         if plan.explore.asked_m2 is not None:
             return say("{seen:.0f} % seen of the outline.", seen=plan.explore.seen * 100)
-        if facts.limits.outline is not None and facts.limits.outline.again:
+        if facts.limits.outline is not None and facts.limits.outline.lots:
             return say("{seen:.0f} % of the stalls looked at.", seen=plan.explore.seen * 100)
         if not plan.explore.lot_known:
             return say("Looking for the lot.")
@@ -182,7 +205,8 @@ class AutonomousExploreState(AirborneState):
         place = facts.place
         if place is None:
             return ()
-        acts = self._take_plan(facts, place)
+        ended = () if facts.sight.plan is None else lots_over(facts.sight.plan.explore, facts.limits.outline)
+        acts = (*ended, *self._take_plan(facts, place))
         self._stuck = self._roaming.is_stuck(place, facts.now)
         if self._goal is None:
             return acts
@@ -196,16 +220,33 @@ class AutonomousExploreState(AirborneState):
         if plan is not None and plan.explore.done and facts.sight.plan_time >= self.entered + SETTLE_S:
             if plan.explore.asked_m2 is not None:
                 return Step(ToHover(outline_words(plan.explore, facts.limits.outline), level="ok"))
-            if facts.limits.outline is not None and facts.limits.outline.again:
+            if facts.limits.outline is not None and facts.limits.outline.lots:
                 return Step(ToHover(again_words(plan.explore), level="ok"))
             if plan.explore.lot_known:
                 return Step(ToHover(explored_words(plan.explore, facts.sight.lot_area), level="ok"))
             error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot was found here."))
             return Step(ToHover(say("No lot was found here."), level="warning"), (error,))
+        if plan is not None and self._is_next_lot_too_far(plan, facts):
+            words = say(
+                "The battery does not last for the {path} to the next lot and back.", path=metres(plan.explore.path_m)
+            )
+            return Step(ToReturn(Cause(words, CauseKind.RESERVE)))
         if self._stuck:
             why = sentence(self._travelling.obstacle) or say("The planner gives no further path.")
             return Step(ToHover(joined(say("No progress for 10 s."), why), level="warning"))
         return STAY
+
+    def _is_next_lot_too_far(self, plan: PathPlan, facts: Facts) -> bool:
+        """Return True when the charge does not last for the path to the next lot, back here, and home."""
+        reserve, place = facts.battery.reserve, facts.place
+        if not plan.explore.path_m or plan.target is None or reserve is None or place is None:
+            return False
+        track = math.atan2(plan.target.east - place.east, plan.target.north - place.north)
+        out, back = (
+            plan.explore.path_m / max(ground_speed(self._flight.speed_m_s, each, facts.wind.estimate), SLOWEST_M_S)
+            for each in (track, track + math.pi)
+        )
+        return not reserve.lasts_beyond(out, back)
 
     def _take_plan(self, facts: Facts, pose: MapPose) -> Acts:
         plan, heights = facts.sight.plan, facts.limits.heights

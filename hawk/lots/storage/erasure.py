@@ -19,7 +19,7 @@ from hawk.lots.names import chosen_survey
 from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import BUSY_S, explained, read_only
 from hawk.lots.storage.digests import seal
-from hawk.lots.values import LotStoreError, NotFoundError, Placed
+from hawk.lots.values import LotStoreError, NotFoundError, Placed, journal_of
 
 _LOT_TABLES: Final = ("former", "label", "zone", "section", "dropped", "pin", "plan", "share", "lot_document")
 """Tables whose column ``lot`` is the lot's id."""
@@ -45,7 +45,7 @@ class Found:
     @property
     def journals(self) -> tuple[str, ...]:
         """Names of the surveys' journals, which their recordings name, too."""
-        return tuple(origin.partition(" ")[0] for *_, origin in self.surveys)
+        return tuple(dict.fromkeys(journal_of(origin) for *_, origin in self.surveys))
 
 
 def found_survey(store: sqlite3.Connection, survey: str) -> Found:

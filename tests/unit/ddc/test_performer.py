@@ -23,6 +23,7 @@ from hawk.ddc.acts import (
     CutMotors,
     Desire,
     EnableFence,
+    EndLots,
     EnterState,
     ForgetAskedModes,
     ForgetHeldFence,
@@ -65,7 +66,7 @@ from hawk.ddc.requests.requests import FenceChecks, Requests
 from hawk.ddc.requests.service_interface import DdcServiceInterface
 from hawk.ddc.settings import SurveyMemory
 from hawk.model.operation import Fall, StateName, UserError
-from hawk.model.plans import DesiredPose, HeightParameters, Outline
+from hawk.model.plans import DesiredPose, HeightParameters, Outline, RoundLot
 from hawk.model.vehicle import CopterMode
 from tests.manual_clock import ManualClock
 from tests.unit.ddc.fakes import PLACE, FakeAutopilot, FakeSocket
@@ -228,10 +229,12 @@ async def test_what_is_desired_is_published_and_the_highest_number_counted(stage
 
 
 async def test_what_is_published_reported_and_kept(stage: Stage) -> None:
-    heights, outline, fall = HeightParameters(16.0, 21.0, 41.0), Outline((SQUARE,)), Fall(5.0)
+    heights, fall = HeightParameters(16.0, 21.0, 41.0), Fall(5.0)
+    outline = Outline((SQUARE,), lots=(RoundLot("one", "North"), RoundLot("two", "South", 0)))
     stage.do(
         UseHeights(heights),
         UseOutline(outline),
+        EndLots(("one",)),
         PutFenceInForce(FENCE),
         SetDatum(DATUM),
         BeginSurvey(),
@@ -244,7 +247,8 @@ async def test_what_is_published_reported_and_kept(stage: Stage) -> None:
         ShowUserError(UserError.NO_LOT_DETECTED, "No lot."),
     )
     assert stage.topics.heights_pub.value == heights
-    assert stage.tools.outlines.outline == outline
+    over = (replace(outline.lots[0], is_over=True), outline.lots[1])
+    assert stage.tools.outlines.outline == replace(outline, lots=over)
     assert stage.topics.fence_pub.value == FENCE
     assert stage.service.datum == DATUM
     assert (stage.surveys, stage.falls, stage.tools.outcomes.starts_in_air) == (1, [fall], 2)

@@ -416,7 +416,7 @@ class TestRecordedFlight(RecordedFlight.TestCase):  # type: ignore[misc, valid-t
     )
 
 
-SHAPE = "08520e643089a195"
+SHAPE = "b013aa139049771a"
 """Digest of the attributes of every class that a memory may hold, for `FORMAT`."""
 
 

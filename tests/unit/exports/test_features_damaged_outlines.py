@@ -63,7 +63,7 @@ DOORS: dict[str, Door] = {
     "surveys with figures": lambda c, stored: surveys_use(c, stored.lot, PERIOD).model_dump(mode="json"),
     "stalls with figures": lambda c, stored: stalls_use(c, stored.lot, PERIOD),
     "the lot about a drone": lambda c, stored: [
-        known_lot.lot_near(c, (52.0, 5.0)),
+        known_lot.lots_flown(c, (52.0, 5.0)),
         known_lot.lots_ahead(c, (52.0, 5.0)),
     ],
     "the lot for a flight": lambda c, stored: known_lot.known_lot(c, stored.lot, (52.0, 5.0)),

@@ -84,8 +84,7 @@ def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: 
     assert (again.lot, again.placed) == (first.lot, Placed.UNREGISTERED)
     here = (DATUM.latitude, DATUM.longitude)
     with store.reading() as connection:
-        near = known_lot.lot_near(connection, here)
-        assert near is not None
+        (near,) = known_lot.lots_flown(connection, here)
         assert near[0][0] == first.lot
         assert [each.id for each in known_lot.lots_ahead(connection, here)] == [first.lot]
         assert lists.lot(connection, str(damaged.lot)).outline == []

@@ -10,7 +10,7 @@ from sqlalchemy import insert
 
 from hawk.lots import commands
 from hawk.lots.ingest import save
-from hawk.lots.known_lot import AGAIN_M, NEAR_M, known_lot, last_author, lot_near, lots_ahead, newest_survey
+from hawk.lots.known_lot import AGAIN_M, NEAR_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
 from hawk.lots.outlines import outline_json
 from hawk.lots.schema import LAYOUT, LOT
 from hawk.lots.storage.database import Database
@@ -54,13 +54,13 @@ def at(north: float, east: float = 10.0) -> tuple[float, float]:
 )
 def test_the_nearest_lot_within_reach_is_the_one(store: Database, north: float, again: str, name: str | None) -> None:
     with store.reading() as connection:
-        found = lot_near(connection, at(north), again)
-    assert found == (None if name is None else ((name * 4, ord(name), 0), name))
+        found = lots_flown(connection, at(north), [again] if again else [])
+    assert found == ([] if name is None else [((name * 4, ord(name), 0), name)])
 
 
 def test_reach_is_the_same_to_all_sides(store: Database) -> None:
     with store.reading() as connection:
-        found = [lot_near(connection, at(10.0, east)) is not None for east in (-60.5, -59.5, 79.5, 80.5)]
+        found = [bool(lots_flown(connection, at(10.0, east))) for east in (-60.5, -59.5, 79.5, 80.5)]
     assert found == [False, True, True, False]
 
 

@@ -69,14 +69,14 @@ def test_pictures_that_cannot_be_used_are_counted_with_the_first_reason(tmp_path
 
 def test_the_plan_of_a_known_lot_is_the_same_object_in_every_frame(tmp_path: Path) -> None:
     again, seen = fake()
-    items = [recorded_frame(frame(number, known=KNOWN), 11.0 + number) for number in (1, 2)]
+    items = [recorded_frame(frame(number, known=(KNOWN,)), 11.0 + number) for number in (1, 2)]
     other = replace(KNOWN, id="other")
-    items += [recorded_frame(frame(number, known=other), 11.0 + number) for number in (3, 4)]
+    items += [recorded_frame(frame(number, known=(other,)), 11.0 + number) for number in (3, 4)]
     process(RecordedFlight(write(tmp_path / "a.mcap", items)), again)
     one, two, three, four = (each.known for each in seen.frames)
     assert one is two
     assert three is four
-    assert (one, three) == (KNOWN, other)
+    assert (one, three) == ((KNOWN,), (other,))
 
 
 def test_stalls_of_an_earlier_flight_are_known_by_their_looks(tmp_path: Path) -> None:

@@ -171,16 +171,14 @@ def test_the_plan_of_a_known_lot_is_stored_once(tmp_path: Path) -> None:
     stall = KnownStall("a uuid", 1.0, 2.0, 0.1, 2.5, 5.0, True, "A 1")
     ground = ((((0.0, 1.0), (1.0, 1.0), (1.0, 0.0)),),)
     lots = [KnownLot(f"lot {n}", (stall,), ground) for n in range(2)]
-    flown = [None, lots[0], lots[0], lots[1], lots[0]]
+    one, both = (lots[0],), (lots[0], lots[1])
+    flown: list[tuple[KnownLot, ...]] = [(), one, one, both, one]
     frames = [replace(FRAME, sequence=n, known=known) for n, known in enumerate(flown)]
     items = [Item(FRAME_INPUT, each, "frame", (12 + n) * S, 1) for n, each in enumerate(frames)]
     path = write(tmp_path / "flight.mcap", items)
     assert list(read_frames(path, FrameInput)) == frames
-    assert [content["id"] for topic, _, _, content in messages(path) if topic == "known_lot"] == [
-        "lot 0",
-        "lot 1",
-        "lot 0",
-    ]
+    written = [content["lots"] for topic, _, _, content in messages(path) if topic == "known_lot"]
+    assert [[lot["id"] for lot in plans] for plans in written] == [["lot 0"], ["lot 0", "lot 1"], ["lot 0"]]
 
 
 @pytest.mark.slow

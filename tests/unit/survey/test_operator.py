@@ -93,13 +93,16 @@ async def test_a_survey_of_which_nothing_is_left_ends_at_once_on_the_ground(left
     assert drone.time < 10.0
 
 
+AGAIN = SurveyAgain(lots=["one"])
+
+
 @pytest.mark.parametrize(
-    ("seen", "words"), [(1.0, "Every stall of the lot was looked at."), (0.987, "98 % of the stalls were looked at.")]
+    ("seen", "words"), [(1.0, "Every stall was looked at."), (0.987, "98 % of the stalls were looked at.")]
 )
 async def test_a_lot_is_surveyed_again_by_its_planned_flight_without_a_search(seen: float, words: str) -> None:
     drone = FakeDrone(lot_seen_after=float("inf"), explored=seen)
-    outcome = await fly(drone, replace(PLAN, again="one"))
-    assert drone.received(SurveyAgain) == [SurveyAgain(lot="one")]
+    outcome = await fly(drone, replace(PLAN, again=AGAIN))
+    assert drone.received(SurveyAgain) == [AGAIN]
     assert (outcome.status, outcome.reason) == (SurveyStatus.DONE, words)
     assert outcome.planned_m == 87.5
     assert outcome.was_flown
@@ -108,23 +111,23 @@ async def test_a_lot_is_surveyed_again_by_its_planned_flight_without_a_search(se
 @pytest.mark.parametrize("continues", [False, True])
 async def test_a_lot_is_surveyed_again_on_an_empty_map_unless_the_survey_goes_on(continues: bool) -> None:
     drone = FakeDrone(lot_area=900.0)
-    await fly(drone, replace(PLAN, again="one", continues=continues))
+    await fly(drone, replace(PLAN, again=AGAIN, continues=continues))
     assert len(drone.received(NewSurvey)) == (0 if continues else 1)
     assert len(drone.received(SurveyAgain)) == 1
 
 
 async def test_a_lot_that_is_refused_is_asked_for_again_until_the_drone_has_read_its_lots() -> None:
-    refused = {"Survey Again": "Lot: no lot has this id: open the list of lots, then choose one."}
+    refused = {"Survey Again": "Lots: no lot has this id: open the list of lots, then choose one."}
 
     def read(drone: FakeDrone) -> None:
         if drone.time > 6.0:
             drone.refusals = {}
 
     drone = FakeDrone(refusals=dict(refused), on_beat=read)
-    assert (await fly(drone, replace(PLAN, again="one"))).status is SurveyStatus.DONE
+    assert (await fly(drone, replace(PLAN, again=AGAIN))).status is SurveyStatus.DONE
     assert len(drone.received(SurveyAgain)) > 1
     drone = FakeDrone(refusals=refused)
-    outcome = await fly(drone, replace(PLAN, again="one"))
+    outcome = await fly(drone, replace(PLAN, again=AGAIN))
     assert outcome.status is SurveyStatus.FAILED
     assert "no lot has this id" in outcome.reason
     assert not drone.received(Arm)
@@ -132,7 +135,7 @@ async def test_a_lot_that_is_refused_is_asked_for_again_until_the_drone_has_read
 
 async def test_a_flight_over_a_lot_that_is_not_planned_does_not_begin() -> None:
     drone = FakeDrone(tour_m=None)
-    outcome = await fly(drone, replace(PLAN, again="one"))
+    outcome = await fly(drone, replace(PLAN, again=AGAIN))
     assert outcome.status is SurveyStatus.FAILED
     assert "not planned" in outcome.reason
     assert not drone.received(Arm)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Self
 
 import pytest
 
+from hawk.cli import main
+from hawk.comm.protocol.commands import SurveyAgain
 from hawk.config.sections import ConfigError
 from hawk.survey import run
 from hawk.survey.handset import SurveyStatus
@@ -33,6 +36,38 @@ def test_a_lot_that_is_not_known_is_refused_with_the_remedy(wanted: str, lots: l
     with pytest.raises(ConfigError) as refused:
         run.lot_named(wanted, lots)
     assert words in str(refused.value)
+
+
+OPTIONS = run.SurveyOptions(
+    out=Path("out"), simulation=None, url="http://127.0.0.1:1", token=None, certificate=None, config=None, fence=None,
+    outline=None, truth=None, set_failsafes=False, continues=True, again=None, due=False, timeout_s=60.0, quiet=True,
+)  # fmt: skip
+
+
+def test_several_lots_are_one_command_and_due_names_none() -> None:
+    assert run.again_command(OPTIONS, ()) is None
+    both = run.again_command(replace(OPTIONS, again=["lot 2", "3c"]), LOTS)
+    assert both == SurveyAgain(lots=["2b", "3c"])
+    assert run.again_command(replace(OPTIONS, due=True), ()) == SurveyAgain(due=True)
+    with pytest.raises(ConfigError, match="--again: no lot has the name or id 'Harbour'"):
+        run.again_command(replace(OPTIONS, again=["1a", "Harbour"]), LOTS)
+    with pytest.raises(ConfigError, match="--again: 13 lots are too many for one flight: at most 12"):
+        run.again_command(replace(OPTIONS, again=["1a"] * 13), LOTS)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (["--again", "A", "--due"], "--again: not together with --due, which chooses the lots"),
+        (["--due", "--outline", __file__], "--outline: not together with --again and --due"),
+        (["--again", "A", "--again", "B", "--outline", __file__], "--outline: not together with --again and --due"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(
+    given: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["survey", "--url", "http://127.0.0.1:1", "--out", "o", *given]) != 0
+    assert words in capsys.readouterr().err
 
 
 class Client:
@@ -73,11 +108,8 @@ async def test_a_survey_that_never_took_off_writes_over_no_results(
     earlier = {name: f"yesterday's {name}" for name in ("stalls.csv", "stalls.geojson", "map.png", "report.json")}
     for name, text in earlier.items():
         (tmp_path / name).write_text(text)
-    options = run.SurveyOptions(
-        out=tmp_path, simulation=None, url="http://127.0.0.1:1", token=None, certificate=None, config=None, fence=None,
-        outline=None, truth=None, set_failsafes=False, continues=True, again="1a", timeout_s=60.0, quiet=True,
-    )  # fmt: skip
+    options = replace(OPTIONS, out=tmp_path, again=["1a"])
     assert await run.run_survey(options) == SurveyStatus.FAILED
     assert texts_in(tmp_path) == earlier
     assert NOTHING_LEFT in capsys.readouterr().out
-    assert plans[0].again == "1a"
+    assert plans[0].again == SurveyAgain(lots=["1a"])

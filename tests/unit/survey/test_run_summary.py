@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.comm.protocol.heartbeat import LeftOutStatus
+from hawk.comm.protocol.heartbeat import LeftOutStatus, RoundLotStatus
 from hawk.model.plans import LeftOut
 from hawk.survey.handset import SurveyStatus
 from hawk.survey.operator import SurveyOutcome
@@ -73,3 +73,16 @@ def test_what_was_left_out_is_said_with_its_reason(
     assert words in capsys.readouterr().out
     _say(Path("out"), DONE, {**COUNTS})
     assert "Seen:" not in capsys.readouterr().out
+
+
+def test_each_lot_of_a_round_is_said_with_what_was_looked_at(capsys: pytest.CaptureFixture[str]) -> None:
+    lots = (
+        RoundLotStatus(lot="n", name="North", seen=1.0, is_over=True),
+        RoundLotStatus(lot="s", name="South", seen=0.38),
+    )
+    _say(Path("out"), replace(DONE, lots=lots), COUNTS)
+    printed = capsys.readouterr().out
+    assert "North: 100 % of the stalls looked at\n" in printed
+    assert "South: 38 % of the stalls looked at; not finished: fly on with --continue after a battery swap" in printed
+    _say(Path("out"), replace(DONE, lots=lots[:1]), COUNTS)
+    assert "North" not in capsys.readouterr().out

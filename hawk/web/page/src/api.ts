@@ -364,6 +364,13 @@ export interface Hour {
   accumulation: Estimate;
 }
 
+/** A file that lies in the inbox. `flight`: its folder there. */
+export interface InboxFile {
+  name: string;
+  flight: string | null;
+  bytes: number;
+}
+
 /** A recording with its mark. */
 export interface Kept {
   name: string;
@@ -666,7 +673,7 @@ export interface PlanZone {
   id: string;
   name: string;
   outline: [number, number][];
-  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls" | "private_ground";
 }
 
 /** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
@@ -1114,6 +1121,7 @@ export interface Zone {
   name: string;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   has_stalls: boolean;
+  is_private: boolean;
   outline: [number, number][];
   ground: [number, number][];
 }

@@ -185,11 +185,12 @@ export interface SetOutlineCommand {
   Holes?: FenceCorner[][];
 }
 
-/** Survey a known lot again: the next Explore looks at every stall of its plan once more, then at what is new at its rim. It sets the lot's ground as the outline; Clear Outline ends it. Not while it explores. */
+/** Survey known lots again: the next Explore looks at every stall of their plans once more, then at new ones at their rims. It sets the lots' ground as the outline; Clear Outline ends it. Not while it explores. */
 export interface SurveyAgainCommand {
   Type: "Survey Again";
   Id?: string | number | null;
-  Lot: string;
+  Lots?: string[];
+  Due?: boolean;
 }
 
 /** Climb to the desired height. */
@@ -344,6 +345,7 @@ export interface Heartbeat {
   "Battery Left": number | null;
   "Survey Basis": "planner" | "map" | "outline" | "fence" | null;
   "Survey Share": number | null;
+  "Survey Batteries": number | null;
   "Survey Time Left": number | null;
   Satellites: number | null;
   "Relative Altitude": number | null;
@@ -373,6 +375,7 @@ export interface Heartbeat {
   "Outline Area": number | null;
   "Outline Outside": number | null;
   "Again Distance": number | null;
+  "Again Lots": RoundLotStatus[];
   "Plan Offer": PlanOfferStatus | null;
   Target: Point | null;
   Route: Point[];
@@ -447,7 +450,7 @@ export interface OutlineSetup {
   Polygons: FenceCorner[][];
   Holes: FenceCorner[][];
   Area: number;
-  Again: string;
+  Again: string[];
 }
 
 /** The plan of the lot that is flown over, as somebody changed it since the motors are on; Fly Plan takes it. */
@@ -463,6 +466,14 @@ export interface PlanOfferStatus {
 export interface Point {
   North: number;
   East: number;
+}
+
+/** A known lot that is surveyed again. */
+export interface RoundLotStatus {
+  Lot: string;
+  Name: string;
+  Seen: number;
+  "Is Over": boolean;
 }
 
 /** Answer to Route Request: points from the drone to the place and length in metres, or the reason for no route. */

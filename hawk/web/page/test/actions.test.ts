@@ -58,6 +58,13 @@ describe("actions", () => {
     assert.deepEqual([climbing.kind, climbing.progress], ["running", 0.2]);
   });
 
+  it("show how long a round is, and the batteries that it takes from two on", () => {
+    const round = heartbeat({ "Again Distance": 1240, "Survey Time Left": 380, Options: possible("Autonomous Explore") });
+    assert.equal(action("explore", { heartbeat: round }).note, "Again, 1240 m, 6 min");
+    assert.equal(action("explore", { heartbeat: { ...round, "Survey Batteries": 1 } }).note, "Again, 1240 m, 6 min");
+    assert.equal(action("explore", { heartbeat: { ...round, "Survey Batteries": 3 } }).note, "Again, 1240 m, 6 min, 3 batteries");
+  });
+
   it("show the distance home, and the time until it stands on the ground", () => {
     const away = heartbeat({ North: 30, East: 40, Options: possible("Return To Launch") });
     assert.equal(action("home", { heartbeat: away }).note, "50 m");

@@ -40,7 +40,7 @@ interface Scene {
 
 const PLANE = new LocalPlane({ Latitude: 48, Longitude: 11 });
 const SQUARE = ([[-50, -50], [50, -50], [50, 50], [-50, 50]] as const).map(([North, East]) => PLANE.toEarth({ North, East }));
-const NO_OUTLINE = { Source: "none" as const, Polygons: [], Holes: [], Area: 0, Again: "" };
+const NO_OUTLINE = { Source: "none" as const, Polygons: [], Holes: [], Area: 0, Again: [] };
 const GROUND: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND", "Fence Setup": CIRCLE, "Outline Setup": NO_OUTLINE };
 const MANUAL: Partial<Heartbeat> = { State: "Manual" };
 

@@ -101,7 +101,7 @@ function lost(changes: Partial<Heartbeat>, silence = 6000): () => Rig {
 }
 
 function drawing(open: (operator: Operator) => void, ...more: ((operator: Operator) => void)[]): () => Promise<Rig> {
-  const setup = { Source: "none" as const, Polygons: [], Holes: [], Area: 0, Again: "" };
+  const setup = { Source: "none" as const, Polygons: [], Holes: [], Area: 0, Again: [] };
   return asked({ ...ON_GROUND, "Outline Setup": setup }, (operator) => [open, ...more].forEach((each) => each(operator)));
 }
 

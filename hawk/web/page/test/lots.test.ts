@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { afterEach, beforeEach, describe, it } from "node:test";
 import { LotsList } from "../src/ui/lots.ts";
 import { answer as answerOf, list, refusal } from "./api.ts";
-import { welcome } from "./make.ts";
+import { possible, welcome } from "./make.ts";
 import { flying } from "./rig.ts";
 import { Stage, words } from "./stage.ts";
 
@@ -172,6 +172,54 @@ describe("the lots", () => {
     const stage = new Stage(new LotsList(), rig.operator);
     await stage.drawn();
     assert.deepEqual([stage.has("li"), stage.has("li button")], [true, false]);
+  });
+
+  describe("in one flight", () => {
+    const choosing = async (): Promise<{ rig: ReturnType<typeof flying>; stage: Stage<LotsList> }> => {
+      const rig = flying({ State: "Idle", Armed: false, Options: possible("Survey Again") });
+      const stage = new Stage(new LotsList(), rig.operator);
+      await stage.drawn();
+      return { rig, stage };
+    };
+    const check = async (stage: Stage<LotsList>, name: string): Promise<void> => {
+      stage.find(`input[aria-label="${name} in a flight over several lots"]`).click();
+      await stage.drawn();
+    };
+
+    it("are the ones that are checked, from two on", async () => {
+      const { rig, stage } = await choosing();
+      await check(stage, "South");
+      assert.doesNotMatch(stage.text, /in one flight/);
+      stage.part.querySelectorAll<HTMLInputElement>("li input")[0]!.click();
+      await stage.drawn();
+      await press(stage, "Survey 2 lots again in one flight");
+      assert.deepEqual([rig.sent().at(-1)?.Type, rig.sent().at(-1)?.Lots, rig.sent().at(-1)?.Due], ["Survey Again", ["a", "b"], undefined]);
+      await rig.answer(true);
+      await stage.drawn();
+      assert.equal(stage.part.querySelectorAll("input:checked").length, 0);
+    });
+
+    it("stay checked when the drone refuses", async () => {
+      const { rig, stage } = await choosing();
+      for (const input of stage.part.querySelectorAll<HTMLInputElement>("li input")) input.click();
+      await stage.drawn();
+      await press(stage, "Survey 2 lots again in one flight");
+      await rig.answer(false, "Lots: North and South overlap by 400 m²: merge them, or survey them one by one.");
+      await stage.drawn();
+      assert.match(stage.text, /Survey 2 lots again in one flight/);
+    });
+
+    it("are all that are due", async () => {
+      const { rig, stage } = await choosing();
+      await press(stage, "Survey all that are due");
+      assert.deepEqual([rig.sent().at(-1)?.Due, rig.sent().at(-1)?.Lots], [true, undefined]);
+    });
+
+    it("are not chosen where no survey can be asked for", async () => {
+      const stage = await shown();
+      assert.equal(stage.has("li input"), false);
+      assert.doesNotMatch(stage.text, /due/);
+    });
   });
 
   it("are left out while there are none", async () => {

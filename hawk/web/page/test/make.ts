@@ -63,6 +63,8 @@ export function heartbeat(changes: Partial<Heartbeat> = {}): Heartbeat {
     "Outline Outside": null,
     "Plan Offer": null,
     "Again Distance": null,
+    "Again Lots": [],
+    "Survey Batteries": null,
     "Outline Unseen": null,
     "Left Out": null,
     Ceiling: 120,

@@ -22,8 +22,8 @@ const ring = (...places: [number, number][]) => places.map(([North, East]) => PL
 const SQUARE = ring([-50, -50], [50, -50], [50, 50], [-50, 50]);
 const HOLE = ring([-10, -10], [10, -10], [10, 10], [-10, 10]);
 const BOW_TIE = ring([0, 0], [50, 50], [50, 0], [0, 50]);
-const NONE: OutlineSetup = { Source: "none", Polygons: [], Holes: [], Area: 0, Again: "" };
-const SET: OutlineSetup = { Source: "set", Polygons: [SQUARE], Holes: [HOLE], Area: 9600, Again: "" };
+const NONE: OutlineSetup = { Source: "none", Polygons: [], Holes: [], Area: 0, Again: [] };
+const SET: OutlineSetup = { Source: "set", Polygons: [SQUARE], Holes: [HOLE], Area: 9600, Again: [] };
 const ABLE = possible("Set Outline", "Set Fence");
 const ON_GROUND: Partial<Heartbeat> = { State: "Idle", Armed: false, Landed: "ON_GROUND", "Fence Setup": CIRCLE, "Outline Setup": NONE, Options: ABLE };
 

@@ -42,17 +42,20 @@ def plan_of(stalls: NDArray[np.float64], confirmed: Sequence[bool] | bool = True
 
 
 class Flight:
-    def __init__(self, truth: Truth, known: KnownLot | None, **faults: float) -> None:
+    def __init__(self, truth: Truth, known: KnownLot | None, *more: KnownLot, **faults: float) -> None:
         self.vision = SyntheticVision(truth, np.random.default_rng(1), **faults)  # type: ignore[arg-type]
         self.mapper = MapperApp(map_id="survey")
         self.mapper.init(self.vision, None)  # type: ignore[arg-type]
-        self.known = known
+        self.known, self.more = known, more
         self.number = 0
 
     def fly(self, easts: Sequence[float] | NDArray[np.float64] = PASS) -> OccupancyMap:
         for east in easts:
             self.number += 1
-            frame = replace(frame_at(pose_at(0.0, float(east), math.pi / 2), self.number), known=self.known)
+            frame = replace(
+                frame_at(pose_at(0.0, float(east), math.pi / 2), self.number),
+                known=(() if self.known is None else (self.known, *self.more)),
+            )
             self.mapper.fuse(frame, self.vision.see(frame))
         return self.mapper.get_occupancy_map()
 
@@ -205,3 +208,65 @@ def test_stalls_on_ground_that_was_seen_before_the_plan_was_placed_have_a_state_
     assert all(of_plan(shown)[number].seen for number in hidden)
     right = [states[k] is (StallState.TAKEN if TRUTH.taken[k] else StallState.FREE) for k in states if k not in hidden]
     assert sum(right) >= 0.95 * len(right)
+
+
+@pytest.mark.slow
+def test_the_plans_of_two_lots_come_onto_one_map_each_at_its_own_place() -> None:
+    """The receiver places the second lot's plan half a metre elsewhere than the first one's."""
+    away = np.array([0.0, 90.0, 0.0, 0.0, 0.0])
+    east = TRUTH.stalls + away
+    both = Truth(
+        np.array([[-30.0, -40.0], [30.0, -40.0], [30.0, 130.0], [-30.0, 130.0]]),
+        np.vstack([TRUTH.stalls, east]),
+        np.concatenate([TRUTH.taken, ~TRUTH.taken]),
+    )
+    count = len(TRUTH.stalls)
+    first, second = plan_of(TRUTH.stalls), moved_lot(plan_of(east), 0.5)
+    flight = Flight(both, first, second, **NOISE)
+    flight.fly([*PASS, *PASS[::-1]])
+    assert flight.mapper.plan_places("lot") is not None
+    assert flight.mapper.plan_places("other") is None
+    flight.fly(np.arange(-29, 121, 1.0))
+    shown = flight.fly(np.arange(120, 60, -1.0))
+    found = {stall.known: stall for stall in shown.stalls.values() if stall.known}
+    assert sorted(found) == sorted([*(f"stall-{k}" for k in range(count)), *(f"other-{k}" for k in range(count))])
+    off = [
+        math.dist(both.stalls[k, :2], (found[name].north, found[name].east))
+        for k, name in enumerate([*(f"stall-{k}" for k in range(count)), *(f"other-{k}" for k in range(count))])
+    ]
+    assert max(off) < 0.6
+    assert len({stall.label for stall in found.values()}) == 2 * count
+
+
+@pytest.mark.slow
+def test_a_stall_that_the_flight_has_ended_does_not_come_back_with_the_plan_of_the_next_lot() -> None:
+    away = np.array([0.0, 90.0, 0.0, 0.0, 0.0])
+    phantom = TRUTH.stalls[5:6] + np.array([-7.5, 0, 0, 0, 0])
+    both = Truth(
+        np.array([[-30.0, -40.0], [30.0, -40.0], [30.0, 130.0], [-30.0, 130.0]]),
+        np.vstack([TRUTH.stalls, TRUTH.stalls + away]),
+        np.concatenate([TRUTH.taken, TRUTH.taken]),
+    )
+    first = plan_of(np.vstack([TRUTH.stalls, phantom]), confirmed=False)
+    flight = Flight(both, first, moved_lot(plan_of(TRUTH.stalls + away, confirmed=False), 0.0), **NOISE)
+    flight.fly(PASS)
+    flight.fly(PASS[::-1])
+
+    def at_phantom() -> int:
+        stalls = flight.mapper.get_occupancy_map().stalls.values()
+        return sum(math.dist(phantom[0, :2], (stall.north, stall.east)) < 1.5 for stall in stalls)
+
+    before = at_phantom()
+    flight.fly([*np.arange(-29, 121, 1.0), *np.arange(120, 60, -1.0)])
+    assert flight.mapper.plan_places("other") is not None
+    assert before == at_phantom() == 0
+
+
+def moved_lot(lot: KnownLot, metres: float) -> KnownLot:
+    """Return a plan under other ids, moved to the north."""
+    stalls = tuple(
+        replace(stall, id=f"other-{k}", label=f"B {k}", north=stall.north + metres)
+        for k, stall in enumerate(lot.stalls)
+    )
+    box = ((-60.0, 30.0), (60.0, 30.0), (60.0, 150.0), (-60.0, 150.0))
+    return replace(lot, id="other", stalls=stalls, ground=((box,),))

@@ -26,7 +26,7 @@ class Flight:
         self.datum: GlobalPose | None = DATUM
         self.map: OccupancyMap | None = flown()
         self.counter = SectionCounter(
-            self.store, lambda: self.lot, lambda: self.datum, lambda: self.map, count_s=0.01
+            self.store, lambda: (self.lot,) if self.lot else (), lambda: self.datum, lambda: self.map, count_s=0.01
         )  # fmt: skip
 
     async def draw(self, name: str) -> None:

@@ -18,9 +18,10 @@ from hawk.lots.storage.database import Database
 from hawk.lots.store import LotStore
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import LotStoreError
-from hawk.model.plans import Outline
+from hawk.model.plans import ExploreStatus, LotLook, Outline, PathPlan
 from tests.unit.comm.waiting import until
 from tests.unit.lots.survey.test_landing import STALL, landed, lot_map
+from tests.unit.lots.survey.test_round_share import NAMES, at, round_of
 from tests.unit.lots.surveys import box
 
 ROWS = ((4.0, 7), (9.0, 4), (4.0, 5))
@@ -213,3 +214,63 @@ async def test_a_store_of_a_newer_version_is_said_at_the_start(tmp_path: Path) -
         await until(lambda: len(drone.messages) == 1)
     assert drone.messages[0][:2] == ("warning", "The store of lots.")
     assert f"is of version {VERSION + 1}, of a newer hawk-drone" in drone.messages[0][2]
+
+
+def over(*lots: str) -> PathPlan:
+    return PathPlan(explore=ExploreStatus(lots=tuple(LotLook(lot, 1.0, lot in lots) for lot in NAMES)))
+
+
+def ended(flown: LandingFacts, *lots: str) -> LandingFacts:
+    assert flown.outline is not None
+    marked = tuple(replace(lot, is_over=lot.id in lots) for lot in flown.outline.lots)
+    return replace(flown, outline=replace(flown.outline, lots=marked))
+
+
+async def test_a_lot_of_a_round_is_stored_in_flight_once_it_is_over_and_the_others_at_the_landing(
+    tmp_path: Path,
+) -> None:
+    async with flown(tmp_path / "lots.db") as drone:
+        await until(lambda: drone.store.is_open)
+        drone.keeper.note(armed=True)
+        drone.survey = round_of(at(1, 10.0), at(2, 40.0))
+        drone.keeper.note_plan(over())
+        assert await drone.keeper.keep()
+        assert await drone.stored() == []
+        drone.survey = ended(drone.survey, "west")
+        drone.keeper.note_plan(over("west"))
+        await until(lambda: len(drone.messages) == 1)
+        assert await drone.stored() == ["000001-x@west"]
+        drone.survey = replace(drone.survey, current=replace(drone.survey.current, version=6))
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 3)
+        assert sorted(await drone.stored()) == ["000001-x@east", "000001-x@west"]
+    assert drone.messages[1:] == [
+        ("info", "The survey is stored as the first one of Lot 2.", ""),
+        (
+            "warning",
+            "Not finished: East.",
+            "Fly on after a battery swap, or survey them again: they are first then.",
+        ),
+    ]
+
+
+async def test_after_a_battery_swap_the_rest_of_a_round_replaces_what_was_stored_of_it(tmp_path: Path) -> None:
+    async with flown(tmp_path / "lots.db") as drone:
+        for version, lots in ((5, ("west",)), (6, ("west", "east"))):
+            drone.keeper.note(armed=True)
+            whole = ended(round_of(at(1, 10.0), at(2, 40.0)), *lots)
+            drone.survey = replace(whole, current=replace(whole.current, version=version))
+            drone.keeper.note(armed=False)
+            await until(lambda: not drone.keeper.is_armed and drone.heard_at_store != [])
+            assert await drone.keeper.keep()
+        assert sorted(await drone.stored()) == ["000001-x@east", "000001-x@west"]
+    assert [text for _, text, _ in drone.messages].count("Not finished: East.") == 1
+
+
+async def test_no_lot_is_stored_in_flight_where_the_store_is_not_open(tmp_path: Path) -> None:
+    drone = Flown(tmp_path / "lots.db")
+    drone.keeper.note(armed=True)
+    drone.survey = ended(round_of(at(1, 10.0), at(2, 40.0)), "west")
+    assert await drone.keeper.keep()
+    assert not drone.store.is_open
+    await drone.store.close()

@@ -14,6 +14,7 @@ from hawk.model.poses import GlobalPose
 from tests.unit.comm.waiting import until
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, DATUM, survey
+from tests.unit.lots.test_flown_sections import make_lot
 
 LOOK_S = 0.01
 
@@ -50,7 +51,7 @@ async def drone(tmp_path: Path):  # type: ignore[no-untyped-def]
 async def test_before_the_drone_was_armed_no_lot_is_known(drone: Drone) -> None:
     await drone.store_survey()
     await drone.follower.look()
-    assert drone.follower.current is None
+    assert drone.follower.current == ()
 
 
 @pytest.mark.slow
@@ -58,8 +59,7 @@ async def test_the_lot_at_which_the_drone_was_armed_is_known_and_named(drone: Dr
     lot = await drone.store_survey()
     drone.datum = DATUM
     await drone.follower.look()
-    known = drone.follower.current
-    assert known is not None
+    (known,) = drone.follower.current
     assert known.id == lot
     assert len(known.stalls) == 40
     assert [text for _, text, _ in drone.messages] == ["This is Lot 1: its plan is known."]
@@ -84,9 +84,8 @@ async def test_a_survey_that_goes_on_is_no_witness_of_itself_but_for_what_a_pers
     before = drone.follower.current
     await drone.confirm_all(lot)
     await drone.follower.look()
-    after = drone.follower.current
-    assert before is None
-    assert after is not None
+    (after,) = drone.follower.current
+    assert before == ()
     assert len(after.stalls) == 40
 
 
@@ -95,9 +94,9 @@ async def test_a_correction_in_flight_is_known_soon(drone: Drone) -> None:
     lot = await drone.store_survey()
     drone.datum = DATUM
     task = asyncio.create_task(drone.follower.run())
-    await until(lambda: drone.follower.current is not None)
+    await until(lambda: bool(drone.follower.current))
     await drone.confirm_all(lot)
-    await until(lambda: drone.follower.current is not None and drone.follower.current.stalls[0].is_confirmed)
+    await until(lambda: bool(drone.follower.current) and drone.follower.current[0].stalls[0].is_confirmed)
     task.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await task
@@ -107,7 +106,7 @@ async def test_a_lot_farther_off_is_not_this_one(drone: Drone) -> None:
     await drone.store_survey()
     drone.datum = GlobalPose(DATUM.latitude + 0.002, DATUM.longitude, 0.0)
     await drone.follower.look()
-    assert drone.follower.current is None
+    assert drone.follower.current == ()
     assert drone.messages == []
 
 
@@ -115,7 +114,7 @@ async def test_a_store_that_nobody_has_opened_is_not_opened_in_flight(drone: Dro
     drone.datum = DATUM
     await drone.follower.look()
     assert not drone.store.is_open
-    assert drone.follower.current is None
+    assert drone.follower.current == ()
 
 
 @pytest.mark.slow
@@ -134,9 +133,9 @@ async def test_the_plan_lies_where_the_receiver_places_it(drone: Drone) -> None:
     await drone.store_survey()
     drone.datum = GlobalPose(DATUM.latitude + 10 / 111_200, DATUM.longitude, 0.0)
     await drone.follower.look()
-    assert drone.follower.current is not None
-    shown = await drone.store.read(lambda c: whole.stalls(c, drone.follower.current.id))  # type: ignore[union-attr]
-    off = [known.north - stall["north"] for known, stall in zip(drone.follower.current.stalls, shown, strict=True)]
+    (plan,) = drone.follower.current
+    shown = await drone.store.read(lambda c: whole.stalls(c, plan.id))
+    off = [known.north - stall["north"] for known, stall in zip(plan.stalls, shown, strict=True)]
     assert off == pytest.approx([-10.0] * 40, abs=0.05)
 
 
@@ -147,8 +146,25 @@ async def test_it_looks_at_once_when_it_is_woken(tmp_path: Path) -> None:
     await drone.store_survey()
     drone.datum = DATUM
     patient.wake()
-    await until(lambda: patient.current is not None)
+    await until(lambda: bool(patient.current))
     running.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await running
     await drone.store.close()
+
+
+async def test_private_ground_is_known_of_a_lot_without_stalls_too_and_at_once_when_it_is_drawn(drone: Drone) -> None:
+    """It steers nothing: it is no offer."""
+    lot = await drone.store.write(make_lot)
+    drone.datum = DATUM
+    await drone.follower.look()
+    assert (drone.follower.lots, drone.follower.current, drone.follower.private) == ((lot,), (), ())
+    opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": "Ann"}, BEGAN))
+    asked = {"do": "forbid", "outline": [[-9, 2], [-9, 9], [-2, 9]], "private": True}
+    await drone.store.write(lambda c: edits.do(c, lot, {"edit": opened.edit, "operation": asked}, BEGAN))
+    await drone.follower.look()
+    (ring,) = drone.follower.private
+    assert min(north for north, _ in ring) == pytest.approx(-14.0, abs=3.0)
+    drone.datum = GlobalPose(DATUM.latitude + 0.1, DATUM.longitude, 0.0)
+    await drone.follower.look()
+    assert (drone.follower.lots, drone.follower.private) == ((), ())

@@ -24,7 +24,7 @@ from hawk.lots.store import LotStore
 from hawk.model.known_lot import KnownLot, LotsAhead, LotTour, PlanOffer
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
-from hawk.model.plans import Fence, HeightParameters
+from hawk.model.plans import Fence, HeightParameters, RoundLot
 from hawk.model.poses import GlobalPose, Ring
 from tests.unit.algo.synthetic import CAMERA
 from tests.unit.ddc.fakes import Rig
@@ -46,6 +46,7 @@ class Drone:
     state: StateName = StateName.IDLE
     flies: bool = False
     taken: str = ""
+    more: tuple[RoundLot, ...] = ()
     minutes: int = 0
     said: list[LotsAhead] = field(default_factory=list)
     messages: list[str] = field(default_factory=list)
@@ -54,7 +55,7 @@ class Drone:
         self.store = LotStore(self.path)
         self.tours = TourKeeper(
             Surroundings(
-                asked=lambda: self.asked,
+                asked=lambda: self.round_lots,
                 here=lambda: self.here,
                 camera=lambda: self.camera,
                 heights=lambda: HeightParameters(15.0, 35.0, 60.0),
@@ -72,6 +73,23 @@ class Drone:
             lambda _level, text, _details: self.messages.append(text),
             tours=self.tours,
         )
+
+    @property
+    def round_lots(self) -> tuple[RoundLot, ...]:
+        """`asked` is one lot, "" none; ``more`` are others of the same round."""
+        return (*((RoundLot(self.asked, "Lot 1"),) if self.asked else ()), *self.more)
+
+    @property
+    def plan(self) -> KnownLot:
+        """The plan of the one lot that is flown."""
+        (known,) = self.follower.current
+        return known
+
+    @property
+    def tour(self) -> LotTour:
+        """The tour over the one lot that is surveyed again."""
+        (tour,) = self.tours.current
+        return tour
 
     async def store_survey(self) -> str:
         saved = await self.store.write(lambda c: save(c, survey(), None))
@@ -110,12 +128,11 @@ async def test_a_lot_that_is_far_away_has_its_distance_and_no_outline(drone: Dro
 async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its_length_said(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
-    tour = drone.tours.current
-    assert tour is not None
+    tour = drone.tour
     assert tour.lot == drone.asked
     assert drone.said[-1].tour_m == round(tour.distance_m, 1) > 0.0
     await drone.follower.look()
-    assert drone.tours.current is tour
+    assert drone.tour is tour
 
 
 @pytest.mark.slow
@@ -123,14 +140,13 @@ async def test_a_drone_elsewhere_gets_another_tour_unless_it_flies_it(drone: Dro
     drone.asked = await drone.store_survey()
     drone.datum = DATUM
     await drone.follower.look()
-    before = drone.tours.current
+    before = drone.tour
     drone.here, drone.state = GlobalPose(DATUM.latitude + 5e-4, DATUM.longitude, 0.0), StateName.AUTONOMOUS_EXPLORE
     await drone.follower.look()
-    assert drone.tours.current is before
+    assert drone.tour is before
     drone.state = StateName.HOVER
     await drone.follower.look()
-    after = drone.tours.current
-    assert after is not None
+    after = drone.tour
     assert after is not before
     assert after.points[0].north == pytest.approx(to_map(DATUM, drone.here.latitude, drone.here.longitude).north)
 
@@ -139,10 +155,10 @@ async def test_a_drone_elsewhere_gets_another_tour_unless_it_flies_it(drone: Dro
 async def test_without_a_camera_or_a_place_no_tour_is_planned(drone: Drone) -> None:
     drone.asked, drone.camera = await drone.store_survey(), None
     await drone.follower.look()
-    assert drone.tours.current is None
+    assert drone.tours.current == ()
     drone.camera, drone.datum, drone.here = CAMERA, DATUM, None
     await drone.follower.look()
-    assert drone.tours.current is None
+    assert drone.tours.current == ()
 
 
 @pytest.mark.slow
@@ -151,7 +167,7 @@ async def test_a_tour_ends_when_the_lot_is_no_longer_asked_for(drone: Drone) -> 
     await drone.follower.look()
     drone.asked = ""
     await drone.follower.look()
-    assert drone.tours.current is None
+    assert drone.tours.current == ()
     assert drone.said[-1].tour_m is None
 
 
@@ -159,10 +175,10 @@ async def test_a_tour_ends_when_the_lot_is_no_longer_asked_for(drone: Drone) -> 
 async def test_a_store_that_cannot_be_read_is_said_and_the_tour_stays(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
-    tour = drone.tours.current
+    tours = drone.tours.current
     drone.tours.fail("lots.db: is damaged")
     assert drone.said[-1].problem == "lots.db: is damaged"
-    assert drone.tours.current is tour
+    assert drone.tours.current is tours
     assert replace(drone.said[-1], problem="") == drone.said[0]
 
 
@@ -175,21 +191,18 @@ async def in_flight(drone: Drone) -> tuple[KnownLot, LotTour]:
     await drone.follower.look()
     drone.flies, drone.state = True, StateName.AUTONOMOUS_EXPLORE
     await drone.follower.look()
-    known, tour = drone.follower.current, drone.tours.current
-    assert known is not None
-    assert tour is not None
-    return known, tour
+    return drone.plan, drone.tour
 
 
 def offered(drone: Drone) -> PlanOffer | None:
     return drone.said[-1].offer
 
 
-async def second_lot(drone: Drone) -> str:
-    """Store a lot 1.1 km north of the first one."""
+async def second_lot(drone: Drone, place: GlobalPose = FAR) -> str:
+    """Store another lot; the usual place is 1.1 km north of the first one."""
     found = survey("000002-20260505T103000Z")
-    outline, seen = box(-30, -3, 30, 40, FAR), box(-40, -15, 60, 60, FAR)
-    there = replace(found, datum=FAR, outline=outline, seen_ground=seen)
+    outline, seen = box(-30, -3, 30, 40, place), box(-40, -15, 60, 60, place)
+    there = replace(found, datum=place, outline=outline, seen_ground=seen, beside=())
     saved = await drone.store.write(lambda c: save(c, there, None))
     assert saved.lot is not None
     return saved.lot
@@ -243,8 +256,8 @@ async def test_who_changes_the_store_in_flight_steers_nothing(
     await change(drone)
     for _ in range(2):
         await drone.follower.look()
-        assert drone.follower.current is known
-        assert drone.tours.current is tour
+        assert drone.plan is known
+        assert drone.tour is tour
     assert drone.said[-1].tour_m == round(tour.distance_m, 1)
     assert len([text for text in drone.messages if "changed" in text]) == 1
 
@@ -261,14 +274,11 @@ async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_t
     assert drone.messages[-1] == "The plan of Lot 1 was changed, signed as Operator 2."
     drone.taken = "another one"
     await drone.follower.look()
-    assert drone.follower.current is known
+    assert drone.plan is known
     drone.taken = offer.id
     await drone.follower.look()
-    taken, longer = drone.follower.current, drone.tours.current
-    assert taken is not None
-    assert longer is not None
-    assert len(taken.stalls) == 50
-    assert longer.distance_m > tour.distance_m + 40.0
+    assert len(drone.plan.stalls) == 50
+    assert drone.tour.distance_m > tour.distance_m + 40.0
     assert offered(drone) is None
 
 
@@ -282,8 +292,7 @@ async def test_what_was_looked_at_is_flown_and_a_later_change_is_offered_next(dr
     await edited(drone, {"do": "remove", "row": "A"}, "Ann")
     drone.taken = offer.id
     await drone.follower.look()
-    assert drone.follower.current is not None
-    assert len(drone.follower.current.stalls) == 50
+    assert len(drone.plan.stalls) == 50
     later = offered(drone)
     assert later is not None
     assert (later.by, later.before) == ("Ann", 50)
@@ -299,7 +308,7 @@ async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Dr
     await drone.store.write(lambda c: edits.undo(c, drone.asked, {"edit": opened.edit}, BEGAN))
     await drone.follower.look()
     assert offered(drone) is None
-    assert drone.follower.current is known
+    assert drone.plan is known
 
 
 @pytest.mark.slow
@@ -309,8 +318,7 @@ async def test_after_the_flight_the_newest_plan_is_there(drone: Drone) -> None:
     await drone.follower.look()
     drone.flies, drone.state = False, StateName.IDLE
     await drone.follower.look()
-    assert drone.follower.current is not None
-    assert len(drone.follower.current.stalls) == 50
+    assert len(drone.plan.stalls) == 50
     assert offered(drone) is None
 
 
@@ -319,8 +327,7 @@ async def test_another_lot_that_who_has_control_chooses_in_flight_is_flown_as_it
     known, _ = await in_flight(drone)
     drone.asked = other = await second_lot(drone)
     await drone.follower.look()
-    assert drone.follower.current is not None
-    assert drone.follower.current.id == other != known.id
+    assert drone.plan.id == other != known.id
     assert offered(drone) is None
 
 
@@ -331,13 +338,13 @@ async def test_a_lot_that_is_made_under_a_drone_in_flight_waits_for_who_has_cont
     await drone.follower.look()
     await drone.store_survey()
     await drone.follower.look()
-    assert drone.follower.current is None
+    assert drone.follower.current == ()
     offer = offered(drone)
     assert offer is not None
     assert (offer.before, offer.stalls) == (0, 40)
     drone.taken = offer.id
     await drone.follower.look()
-    assert drone.follower.current is not None
+    assert len(drone.plan.stalls) == 40
 
 
 @pytest.mark.slow
@@ -350,20 +357,87 @@ async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot
     drone.asked = ""  # Clear Outline, or Set Outline
     for _ in range(2):
         await drone.follower.look()
-        assert drone.follower.current is known
+        assert drone.plan is known
         assert offered(drone) is not None
     drone.asked = lot  # Survey Again
     for _ in range(2):
         await drone.follower.look()
-        assert drone.follower.current is known
-    again, offer = drone.tours.current, offered(drone)
-    assert again is not None
+        assert drone.plan is known
+    again, offer = drone.tour, offered(drone)
     assert again.distance_m == pytest.approx(tour.distance_m)
     assert offer is not None
     drone.taken = offer.id
     await drone.follower.look()
-    assert drone.follower.current is not None
-    assert len(drone.follower.current.stalls) == 50
+    assert len(drone.plan.stalls) == 50
+
+
+# -- a round ----------------------------------------------------------------------------------------------------------
+
+
+async def round_of_two(drone: Drone) -> tuple[str, str]:
+    """Ask for a round over the first lot and one 120 m north of it; the second one comes first."""
+    near = replace(DATUM, latitude=DATUM.latitude + 150.0 / 111_200)
+    drone.fence = polygon_fence(tuple((2 * north, east) for north, east in RING), 5.0, 60.0, 3.0)
+    one, two = await drone.store_survey(), await second_lot(drone, near)
+    drone.asked, drone.more = one, (RoundLot(two, "Lot 2", is_first=True),)
+    drone.datum = DATUM
+    await drone.follower.look()
+    return one, two
+
+
+@pytest.mark.slow
+async def test_a_round_is_planned_over_all_its_lots_and_its_length_is_their_sum(drone: Drone) -> None:
+    one, two = await round_of_two(drone)
+    assert [lot.id for lot in drone.follower.current] == [one, two]
+    assert [tour.lot for tour in drone.tours.current] == [two, one]
+    assert drone.said[-1].tour_m == round(sum(tour.distance_m for tour in drone.tours.current), 1)
+    assert [text for text in drone.messages if "is known" in text] == [
+        "This is Lot 1: its plan is known.",
+        "This is Lot 2: its plan is known.",
+    ]
+
+
+@pytest.mark.slow
+async def test_while_it_explores_the_tours_stay_and_after_a_swap_lots_that_are_over_are_left_out(drone: Drone) -> None:
+    one, two = await round_of_two(drone)
+    drone.state, drone.flies = StateName.AUTONOMOUS_EXPLORE, True
+    flown = drone.tours.current
+    drone.more = (replace(drone.more[0], is_over=True),)
+    await drone.follower.look()
+    assert drone.tours.current is flown
+    drone.state, drone.flies = StateName.IDLE, False
+    await drone.follower.look()
+    assert [tour.lot for tour in drone.tours.current] == [one]
+    assert [lot.id for lot in drone.follower.current] == [one, two], "its stalls stay on the map"
+
+
+@pytest.mark.slow
+async def test_a_changed_plan_of_one_lot_of_a_round_is_offered_and_the_others_stay(drone: Drone) -> None:
+    await round_of_two(drone)
+    before = drone.follower.current
+    drone.state, drone.flies = StateName.AUTONOMOUS_EXPLORE, True
+    await drone.follower.look()
+    await add_row(drone)
+    await drone.follower.look()
+    assert drone.follower.current is before
+    offer = offered(drone)
+    assert offer is not None
+    assert (offer.lot, offer.before, offer.stalls) == ("Lot 1", 40, 50)
+    drone.taken = offer.id
+    await drone.follower.look()
+    assert [len(lot.stalls) for lot in drone.follower.current] == [50, 40]
+    assert drone.follower.current[1] is before[1]
+
+
+@pytest.mark.slow
+async def test_a_round_without_one_of_its_lots_is_not_planned(drone: Drone) -> None:
+    await drone.store_survey()
+    await drone.follower.look()
+    lot = drone.said[-1].lots[0].id
+    drone.asked, drone.more = lot, (RoundLot("gone", "Gone"),)
+    await drone.follower.look()
+    assert drone.tours.current == ()
+    assert drone.said[-1].tour_m is None
 
 
 @pytest.mark.slow

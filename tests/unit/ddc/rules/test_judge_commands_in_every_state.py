@@ -125,7 +125,7 @@ REASONS = {
     "uncut": "The motors were not cut.",
     "undrawn": "No fence is drawn: the standard one is used.",
     "unset": "No outline is set.",
-    "no-lot": "Lot: no lot has this id: open the list of lots, then choose one.",
+    "no-lot": "Lots: no lot has this id: open the list of lots, then choose one.",
     "newest": "No such changed plan waits: look at the newest one.",
     "empty": "The map is empty: the next flight begins it.",
 }

@@ -9,18 +9,24 @@ import pytest
 from hawk.comm.protocol.commands import Hold
 from hawk.ddc.acts import (
     STAY,
+    EndLots,
     SetMode,
 )
+from hawk.ddc.battery.energy import SAFETY_FACTOR, Reserve
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.outline import OutlineFacts
 from hawk.ddc.motion import Goal
 from hawk.ddc.orders import (
+    Cause,
+    CauseKind,
     ToExplore,
     ToHover,
+    ToReturn,
 )
+from hawk.ddc.readings.wind import Wind
 from hawk.ddc.states.explore import Travelling, outline_words
 from hawk.model.operation import UserError
-from hawk.model.plans import ExploreStatus, LeftOut, PathPlan
+from hawk.model.plans import ExploreStatus, LeftOut, LotLook, PathPlan, RoundLot
 from hawk.model.poses import MapPoint
 from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.by_facts import (
@@ -282,3 +288,68 @@ def test_the_next_place_is_reported_from_eight_metres_and_five_seconds_on() -> N
 @pytest.mark.parametrize(("north", "east", "words"), [(40.0, 0.0, "south, 10 m"), (30.0, 20.0, "west, 20 m")])
 def test_the_next_place_is_reported_as_seen_from_the_drone(north: float, east: float, words: str) -> None:
     assert texts(made(ToExplore()).process(at(planned(flying(0.05)), north, east))) == [f"Next: to the {words} away."]
+
+
+NORTH, SOUTH = RoundLot("n", "North"), RoundLot("s", "South")
+
+
+def on_round(facts: Facts, *looks: LotLook, path_m: float = 0.0, charge: float = 60.0) -> Facts:
+    """Over two lots; the flight home needs 30 %, and the battery loses 0.1 % a second."""
+    explore = ExploreStatus(seen=0.5, lots=looks, path_m=path_m)
+    plan = PathPlan(MapPoint(80.0, 0.0), 35.0, 0.0, explore=explore)
+    lots = OutlineFacts(900.0, 0.0, (NORTH, SOUTH))
+    return replace(
+        facts,
+        sight=replace(facts.sight, plan=plan, plan_time=facts.now),
+        limits=replace(facts.limits, outline=lots),
+        battery=replace(facts.battery, reserve=Reserve(charge, 30.0, 100.0, drain=0.1)),
+    )
+
+
+def test_a_lot_that_is_over_is_ended_once_and_said() -> None:
+    looks = (LotLook("n", 0.98, is_over=True), LotLook("s", 0.1))
+    facts = on_round(flying(1.0), *looks)
+    acts = made(ToExplore()).process(facts)
+    assert EndLots(("n",)) in acts
+    assert "North: 98 % of the stalls were looked at, the rest was not reached." in texts(acts)
+    over = OutlineFacts(900.0, 0.0, (replace(NORTH, is_over=True), SOUTH))
+    after = made(ToExplore()).process(replace(facts, limits=replace(facts.limits, outline=over)))
+    assert not [act for act in after if isinstance(act, EndLots)]
+
+
+def test_the_path_to_the_next_lot_is_flown_with_the_battery_for_it_and_the_path_back() -> None:
+    looks = (LotLook("n", 1.0, is_over=True), LotLook("s", 0.0))
+    path_s = 80.0 / SETTINGS.flight.speed_m_s
+    enough = 30.0 + 0.1 * (1 + SAFETY_FACTOR) * path_s
+    facts = on_round(flying(1.0), *looks, path_m=80.0, charge=enough + 0.1)
+    assert made(ToExplore()).transition_next_state(facts) == STAY
+
+
+@pytest.mark.parametrize("wind", [None, Wind(-14.0, 0.0)])
+def test_without_the_battery_for_the_path_to_the_next_lot_it_returns_before_it_leaves(wind: Wind | None) -> None:
+    """A head wind of 14 m/s makes the path longer, and refuses a charge that is enough in calm air."""
+    looks = (LotLook("n", 1.0, is_over=True), LotLook("s", 0.0))
+    path_s = 80.0 / SETTINGS.flight.speed_m_s
+    enough = 30.0 + 0.1 * (1 + SAFETY_FACTOR) * path_s
+    charge = enough - 0.1 if wind is None else enough + 0.1
+    facts = on_round(flying(1.0), *looks, path_m=80.0, charge=charge)
+    facts = replace(facts, wind=replace(facts.wind, estimate=wind))
+    step = made(ToExplore()).transition_next_state(facts)
+    assert isinstance(step.transition, ToReturn)
+    assert step.transition.cause == Cause(
+        "The battery does not last for the 80 m to the next lot and back.", CauseKind.RESERVE
+    )
+
+
+def test_over_a_lot_the_reserve_alone_decides() -> None:
+    facts = on_round(flying(1.0), LotLook("n", 0.5), LotLook("s", 0.0), charge=30.5)
+    assert made(ToExplore()).transition_next_state(facts) == STAY
+
+
+def test_a_round_ends_with_the_number_of_its_lots() -> None:
+    looks = (LotLook("n", 1.0, is_over=True), LotLook("s", 1.0, is_over=True))
+    facts = on_round(flying(1.0), *looks)
+    plan = PathPlan(explore=ExploreStatus(True, 1.0, lots=looks))
+    step = made(ToExplore()).transition_next_state(replace(facts, sight=replace(facts.sight, plan=plan)))
+    assert isinstance(step.transition, ToHover)
+    assert step.transition.reason == "Surveyed again: every stall of 2 lots was looked at."

@@ -109,6 +109,7 @@ explore-note = See the whole lot
 # The lot is known: the length of its flight, and its time.
 explore-again = Again, { $distance }
 explore-again-time = Again, { $distance }, { $time }
+explore-again-batteries = Again, { $distance }, { $time }, { $batteries } batteries
 move = Move
 move-note =
     { $pointer ->
@@ -642,6 +643,11 @@ correct-plan-of = Correct the plan: { $name }
 survey-again = Survey again
 survey-again-of = Survey again: { $name }
 survey-again-taken = { $name } will be surveyed again by Explore.
+# $name: of the lot
+choose-for-round = { $name } in a flight over several lots
+survey-again-round = Survey { $lots } lots again in one flight
+survey-again-due = Survey all that are due
+round-taken = The lots will be surveyed again by Explore, in one flight.
 plan-unanswered = The drone did not answer: the plan could not be read.
 # $name: of the lot
 plan-of = Plan of { $name }
@@ -811,6 +817,9 @@ plan-add-row-of =
     }
 plan-back = Take back a place
 plan-area-name = Name of the area, if any
+plan-area-private = Private ground, as a garden: pictures leave it out, nothing is counted there
+# Behind the name of such an area
+plan-private = private ground
 plan-area-add = Add the area
 plan-areas = Areas without stalls
 plan-area-nameless = Area { $number }
@@ -1769,7 +1778,11 @@ address-unread = The address names what is no place of this page, and it is left
 compare-same = The address names the same survey twice: choose another one in Lots.
 desk-silent-title = No answer from the desk for { $age }
 desk-silent-text = What is shown may be old. The page connects again by itself.
-explore-again-question = Survey the lot again?
+explore-again-question =
+    { $lots ->
+        [one] Survey the lot again?
+       *[other] Survey { $lots } lots again?
+    }
 explore-again-meaning = { $distance } over every stall that is known, inside the fence. Hold stops it.
 
 # Lots: all of them on one map and in one table.

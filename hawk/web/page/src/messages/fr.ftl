@@ -118,6 +118,7 @@ explore = Explorer
 explore-note = Voir tout le parking
 explore-again = À nouveau, { $distance }
 explore-again-time = À nouveau, { $distance }, { $time }
+explore-again-batteries = À nouveau, { $distance }, { $time }, { $batteries } batteries
 move = Déplacer
 move-note =
     { $pointer ->
@@ -636,6 +637,10 @@ correct-plan-of = Corriger le plan : { $name }
 survey-again = Relever à nouveau
 survey-again-of = Relever à nouveau : { $name }
 survey-again-taken = { $name } sera relevé à nouveau par Explorer.
+choose-for-round = { $name } dans un vol au-dessus de plusieurs parkings
+survey-again-round = Relever à nouveau { $lots } parkings en un vol
+survey-again-due = Relever tous ceux qui sont prévus
+round-taken = Les parkings seront relevés à nouveau par Explorer, en un vol.
 plan-unanswered = Le drone n'a pas répondu : le plan n'a pas pu être lu.
 plan-of = Plan : { $name }
 plan-counts =
@@ -797,6 +802,8 @@ plan-add-row-of =
     }
 plan-back = Retirer un point
 plan-area-name = Nom de la zone, s'il y en a un
+plan-area-private = Terrain privé, comme un jardin : les images l’omettent, rien n’y est compté
+plan-private = terrain privé
 plan-area-add = Ajouter la zone
 plan-areas = Zones sans places
 plan-area-nameless = Zone { $number }
@@ -1751,7 +1758,11 @@ address-unread = L’adresse nomme ce qui n’est pas un endroit de cette page, 
 compare-same = L’adresse nomme deux fois le même relevé : choisissez-en un autre dans Parkings.
 desk-silent-title = Pas de réponse du bureau depuis { $age }
 desk-silent-text = Ce qui est montré est peut-être ancien. La page se reconnecte seule.
-explore-again-question = Relever à nouveau le parking ?
+explore-again-question =
+    { $lots ->
+        [one] Relever à nouveau le parking ?
+       *[other] Relever à nouveau { $lots } parkings ?
+    }
 explore-again-meaning = { $distance } au-dessus de chaque place connue, dans la géobarrière. Stationnaire l’arrête.
 
 # Les parkings : tous sur une carte et dans un tableau.

@@ -37,6 +37,7 @@ export interface Messages {
   "explore-note": Record<string, never>;
   "explore-again": { distance: string | number };
   "explore-again-time": { distance: string | number; time: string | number };
+  "explore-again-batteries": { distance: string | number; time: string | number; batteries: string | number };
   "move": Record<string, never>;
   "move-note": { pointer: "finger" | "mouse" };
   "move-now": { pointer: "finger" | "mouse" };
@@ -391,6 +392,10 @@ export interface Messages {
   "survey-again": Record<string, never>;
   "survey-again-of": { name: string | number };
   "survey-again-taken": { name: string | number };
+  "choose-for-round": { name: string | number };
+  "survey-again-round": { lots: string | number };
+  "survey-again-due": Record<string, never>;
+  "round-taken": Record<string, never>;
   "plan-unanswered": Record<string, never>;
   "plan-of": { name: string | number };
   "plan-counts": { stalls: number; confirmed: string | number; guessed: number };
@@ -488,6 +493,8 @@ export interface Messages {
   "plan-add-row-of": { stalls: number };
   "plan-back": Record<string, never>;
   "plan-area-name": Record<string, never>;
+  "plan-area-private": Record<string, never>;
+  "plan-private": Record<string, never>;
   "plan-area-add": Record<string, never>;
   "plan-areas": Record<string, never>;
   "plan-area-nameless": { number: string | number };
@@ -1146,7 +1153,7 @@ export interface Messages {
   "compare-same": Record<string, never>;
   "desk-silent-title": { age: string | number };
   "desk-silent-text": Record<string, never>;
-  "explore-again-question": Record<string, never>;
+  "explore-again-question": { lots: number };
   "explore-again-meaning": { distance: string | number };
   "all-lots": Record<string, never>;
   "all-lots-map": { lots: number };

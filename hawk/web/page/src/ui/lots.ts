@@ -23,6 +23,8 @@ export class LotsList extends Part {
   @state() private known: Lots | null = null;
   @state() private renamed: string | null = null;
   @state() private problem = "";
+  /** Ids of the lots that are chosen for one flight. */
+  @state() private chosen: ReadonlySet<string> = new Set();
   private askedFor = "";
 
   override render(): TemplateResult | typeof nothing {
@@ -37,6 +39,7 @@ export class LotsList extends Part {
         (lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}
         <hawk-lot-changes .model=${this.model} .lot=${lot.id} .stamp=${known.stamp}></hawk-lot-changes></li>`,
       )}</ul>
+      ${this.round(known.lots)}
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div>
     </section>`;
   }
@@ -57,7 +60,7 @@ export class LotsList extends Part {
   private row(lot: ListedLot): TemplateResult {
     const seen = lot.last_survey === null ? "" : say("lot-seen", { when: timeOnClock(lot.last_survey.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" }) });
     const parts = lot.stalls === 0 && lot.sections > 0 ? say("lot-sections", { sections: lot.sections }) : say("lot-stalls", { stalls: lot.stalls });
-    return html`<span><b>${lot.name}</b><span class="sub">${parts} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span></span>
+    return html`${this.choice(lot)}<span><b>${lot.name}</b><span class="sub">${parts} · ${say("lot-surveys", { surveys: lot.survey_count })} ${seen} · ${clockWords(lot.time_zone)}</span></span>
       <span class="choices">${lot.last_survey === null ? nothing : html`<a class="button" href="#/lots/${lot.id}/${lot.last_survey.id}" aria-label=${say("newest-survey-of", { name: lot.name })}>${say("newest-survey")}</a>`}
         ${this.mayChange() ? this.changing(lot) : nothing}</span>`;
   }
@@ -65,19 +68,45 @@ export class LotsList extends Part {
   private changing(lot: ListedLot): TemplateResult {
     const { plan, drawing } = this.model;
     return html`${
-        cannot(this.model.view(), "Survey Again") === ""
-          ? html`<button aria-label=${say("survey-again-of", { name: lot.name })} @click=${() => void this.again(lot)}>${say("survey-again")}</button>`
+        this.mayFly()
+          ? html`<button aria-label=${say("survey-again-of", { name: lot.name })} @click=${() => void this.again({ Lots: [lot.id] }, say("survey-again-taken", { name: lot.name }))}>${say("survey-again")}</button>`
           : nothing
       }
       <button aria-label=${say("correct-plan-of", { name: lot.name })} ?disabled=${plan.open || plan.opening || drawing !== null} @click=${() => this.correct(lot)}>${say("correct-plan")}</button>
       <button aria-label=${say("rename-lot", { name: lot.name })} @click=${() => (this.renamed = lot.id)}>${say("rename")}</button>`;
   }
 
+  private choice(lot: ListedLot): TemplateResult | typeof nothing {
+    if (!this.mayFly()) return nothing;
+    return html`<input type="checkbox" aria-label=${say("choose-for-round", { name: lot.name })} .checked=${this.chosen.has(lot.id)} @change=${() => this.choose(lot.id)} />`;
+  }
+
+  private choose(lot: string): void {
+    const { chosen } = this;
+    this.chosen = new Set(chosen.has(lot) ? [...chosen].filter((each) => each !== lot) : [...chosen, lot]);
+  }
+
+  /** Several lots in one flight: those that are chosen, or all whose survey is due. */
+  private round(lots: ListedLot[]): TemplateResult | typeof nothing {
+    if (!this.mayFly() || !this.mayChange()) return nothing;
+    const chosen = lots.filter((lot) => this.chosen.has(lot.id));
+    const taken = say("round-taken");
+    return html`<div class="choices">
+      ${chosen.length > 1 ? html`<button @click=${() => void this.again({ Lots: chosen.map((lot) => lot.id) }, taken)}>${say("survey-again-round", { lots: chosen.length })}</button>` : nothing}
+      <button @click=${() => void this.again({ Due: true }, taken)}>${say("survey-again-due")}</button>
+    </div>`;
+  }
+
+  private mayFly(): boolean {
+    return cannot(this.model.view(), "Survey Again") === "";
+  }
+
   /** The drone says whether it can; take-off stays a slide. What comes next is on the map and in the bar, which a list may cover. */
-  private async again(lot: ListedLot): Promise<void> {
-    if (!(await this.model.command({ Type: "Survey Again", Lot: lot.id }, say("survey-again")))) return;
+  private async again(asked: { Lots?: string[]; Due?: boolean }, taken: string): Promise<void> {
+    if (!(await this.model.command({ Type: "Survey Again", ...asked }, say("survey-again")))) return;
+    this.chosen = new Set();
     for (const detail of ["close", "map"]) this.dispatchEvent(new CustomEvent("open-panel", { detail, bubbles: true }));
-    this.model.toasts.show({ level: "info", text: say("survey-again-taken", { name: lot.name }) });
+    this.model.toasts.show({ level: "info", text: taken });
   }
 
   /** The map comes in sight for it. */

@@ -104,12 +104,14 @@ function explore(view: View): Action {
   return running(view, action, isLotKnown(heartbeat) ? heartbeat.Explored : null);
 }
 
-/** The flight over a lot that is surveyed again is planned before it begins: its length is known. */
+/** The flight over lots that are surveyed again is planned before it begins: its length is known. */
 function exploreNote(view: View): string {
-  const { "Again Distance": metres = null, "Survey Time Left": seconds = null } = view.heartbeat ?? {};
+  const { "Again Distance": metres = null, "Survey Time Left": seconds = null, "Survey Batteries": batteries = null } = view.heartbeat ?? {};
   if (metres === null) return say("explore-note");
   const distance = format.distance(metres, view.units);
-  return seconds === null ? say("explore-again", { distance }) : say("explore-again-time", { distance, time: format.duration(seconds) });
+  if (seconds === null) return say("explore-again", { distance });
+  const time = format.duration(seconds);
+  return batteries === null || batteries < 2 ? say("explore-again-time", { distance, time }) : say("explore-again-batteries", { distance, time, batteries });
 }
 
 function move(view: View, touch: boolean): Action {

@@ -45,11 +45,11 @@ export function confirmWords(view: View, about: AskedCommand): ConfirmWords {
   }
 }
 
-/** A known lot is flown again by a tour whose length is known. */
+/** Known lots are flown again by a tour whose length is known. */
 function explore({ heartbeat, units }: View): Pick<ConfirmWords, "question" | "second"> {
   const metres = heartbeat?.["Again Distance"] ?? null;
   if (metres === null) return { question: say("explore-question"), second: say("explore-meaning") };
-  return { question: say("explore-again-question"), second: say("explore-again-meaning", { distance: format.distance(metres, units) }) };
+  return { question: say("explore-again-question", { lots: heartbeat?.["Again Lots"].length ?? 1 }), second: say("explore-again-meaning", { distance: format.distance(metres, units) }) };
 }
 
 function takeoff(view: View): string {
