@@ -72,7 +72,7 @@ def outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
 
 
 def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
-    """Keep a state of a lot that a drone has sent; return whether the tables say the same.
+    """Keep a state of a lot that a drone has sent; return whether the tables were written by it, or say the same.
 
     Raises LotStoreError for a lot that is damaged here.
     """
@@ -80,6 +80,8 @@ def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     base = part.base.plan if part.base is not None else ""
     known = next((each for each in states if (each.writer, each.base) == (writer, base)), None)
     arrived = LotState(writer, base, part.state, digest_of(part), "", 0)
+    if known is not None and known.order >= arrived.order and is_followed(known) and known.plan:
+        return True  # most surveys bring a lot as it was: its plan is not read
     here = part_here(connection, part.id)
     if known is None and here is not None and _is_copy(part):
         return plan_digest(here) == base
