@@ -15,7 +15,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel, GroundStep, StallSize
 from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters, PathPlan
-from hawk.model.poses import MapPoint, MapPose
+from hawk.model.poses import MapPoint, MapPose, Ring
 from hawk.model.sun import SunPosition
 
 
@@ -58,6 +58,8 @@ class FrameInput:
     """The lots that are flown over, where they are known; another object is another plan of one."""
     tours: tuple[LotTour, ...] = field(default=(), repr=False)
     """Tours over the lots that an operator asked to survey again, in their order; empty: ground or lot are explored."""
+    private: tuple[Ring, ...] = field(default=(), repr=False)
+    """Rings (north, east) of ground that nobody may look at, metres of the map."""
 
     @property
     def over_ground(self) -> MapPose | None:
@@ -92,6 +94,8 @@ class FrameOutput:
     """Motion over ground since an earlier frame; None where the two were not compared, or the camera is not well."""
     stall_size: StallSize | None = None
     """Usual size of the stalls; None where too few are whole."""
+    recorded_jpeg: bytes | None = field(default=None, repr=False)
+    """The picture to record: without private ground, b"" for none; None: the frame's own."""
 
 
 Outcome = TypeVar("Outcome")

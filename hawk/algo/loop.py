@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from hawk.algo.frame import FrameInput
@@ -16,7 +16,7 @@ from hawk.model.known_lot import KnownLot, LotTour
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import AskedGround, DesiredPose, Fence, HeightParameters
-from hawk.model.poses import MapPoint, VehiclePose
+from hawk.model.poses import MapPoint, Ring, VehiclePose
 from hawk.model.sentences import say
 from hawk.model.sun import SunPosition
 from hawk.runtime.process import WORKER_NICENESS, set_niceness
@@ -48,6 +48,7 @@ class Situation:
     ground: float = 0.0
     known: tuple[KnownLot, ...] = ()
     tours: tuple[LotTour, ...] = ()
+    private: tuple[Ring, ...] = ()
 
 
 Aim = Callable[[CameraModel, float, VehiclePose | None], tuple[CameraModel, str]]
@@ -167,8 +168,11 @@ class AlgorithmLoop:
         frame = self._input(captured)
         output = await self._on_worker(lambda: self._manager.run(frame))
         self._topics.publish(output)
+        recorded = frame if output.recorded_jpeg is None else replace(frame, jpeg=output.recorded_jpeg)
+        if not recorded.jpeg and frame.jpeg:
+            return
         try:
-            self._record(frame)
+            self._record(recorded)
         except Exception:
             _LOG.exception("a frame could not be recorded")
 
@@ -197,4 +201,5 @@ class AlgorithmLoop:
             sun=None if pose is None else self._sun_at(captured.captured, pose),
             known=situation.known,
             tours=situation.tours,
+            private=situation.private,
         )

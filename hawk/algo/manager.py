@@ -20,6 +20,7 @@ from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.detection import FrameVision, VisionResult, stall_size
 from hawk.algo.vision.odometry import Odometry
 from hawk.algo.vision.picture import PictureStyle, annotate
+from hawk.algo.vision.private_ground import hidden, recorded_jpeg
 from hawk.algo.vision.rectify import ground_footprint
 from hawk.formats.image import NoImage
 from hawk.model.operation import Health
@@ -124,6 +125,7 @@ class AlgorithmManagerApp:
         steps = _Steps(self._timer)
         started = self._timer()
         seen, camera, step = self._look(frame, steps)
+        recorded = recorded_jpeg(frame, self._vision_app.seen, seen)
         fused, plan = self._go_on(frame, seen, steps)
         size = steps.do("stall size", lambda: stall_size(frame, seen), _nothing)
         if steps.failures:
@@ -145,6 +147,7 @@ class AlgorithmManagerApp:
             is_damaged=seen.is_damaged,
             ground_step=step if camera.is_healthy else None,
             stall_size=size,
+            recorded_jpeg=recorded,
         )
 
     def _look(self, frame: FrameInput, steps: _Steps) -> tuple[VisionResult, Health, GroundStep | None]:
@@ -154,7 +157,7 @@ class AlgorithmManagerApp:
         step = steps.do("odometry", lambda: self._odometry.look(frame, seen.image), _nothing)
         if self._has_turned(frame, step) or not camera.is_healthy:
             seen = replace(seen, ground=None)  # the ground is not where the picture shows it
-        return seen, camera, step
+        return hidden(seen, frame), camera, step
 
     def _go_on(self, frame: FrameInput, seen: VisionResult, steps: _Steps) -> tuple[Fused, Plan]:
         mapper, planner = self.mapper_app, self._path_plan_app

@@ -37,6 +37,7 @@ from hawk.lots.ingest import lot_places
 from hawk.lots.names import lot_named
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
+from hawk.lots.survey.private_ground import hidden_in
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.lot_map import EncodedTile, OccupancyMap
 from hawk.model.operation import Level
@@ -80,7 +81,8 @@ def ground_under(connection: Connection, pictures: PictureFolder, lot: str | Non
     rows.sort(key=lambda row: (bool(row["is_ordered"]), float(row["taken_at"]), int(row["seq"])), reverse=True)
     for newest in rows:
         try:
-            tiles = {key: EncodedTile(1, data) for key, data in pictures.read(newest["id"]).items()}
+            shown = pictures.read(newest["id"], hidden_in(connection, newest["id"]))
+            tiles = {key: EncodedTile(1, data) for key, data in shown.items()}
         except LotStoreError as error:
             _LOG.warning("%s", error)
             continue

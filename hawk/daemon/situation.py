@@ -50,6 +50,7 @@ class SituationReader:
             ground=ground_below(topics.vehicle.terrain.fresh(FRESH_S)),
             known=self._lots.known.current,
             tours=self._lots.tours.current,
+            private=self._lots.known.private,
         )
 
     def _map_problem(self) -> str:

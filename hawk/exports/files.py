@@ -36,6 +36,7 @@ from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.exports.values import ExportRecord
 from hawk.lots.answers import SurveyGround, SurveyPlace
 from hawk.lots.survey.pictures import PictureFolder
+from hawk.lots.survey.private_ground import hidden_in
 from hawk.lots.values import LotInputError, LotStoreError
 from hawk.model.lot_map import CELL_M, TILE_CELLS
 from hawk.runtime.files import replace_whole
@@ -53,7 +54,8 @@ TABLES: Final[Mapping[str, Callable[[ExportRecord], bytes]]] = {
 
 def shown_ground(connection: Connection, survey: ExportRecord, pictures: PictureFolder) -> Ground:
     """Return a survey's ground in the frame of its lot. Raises LotStoreError."""
-    return ground_of(survey, pictures.read(survey.survey), survey_frame(connection, survey.survey)[1])
+    tiles = pictures.read(survey.survey, hidden_in(connection, survey.survey))
+    return ground_of(survey, tiles, survey_frame(connection, survey.survey)[1])
 
 
 def tiles_of(connection: Connection, survey_id: str, pictures: PictureFolder) -> SurveyGround:

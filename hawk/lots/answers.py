@@ -201,6 +201,7 @@ class Zone(Shown):
     name: str
     kind: Kind
     has_stalls: bool
+    is_private: bool
     outline: list[Metres]
     ground: list[Degrees]
 

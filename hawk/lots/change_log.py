@@ -18,6 +18,7 @@ from sqlalchemy import Connection, bindparam, delete, insert, select, update
 from sqlalchemy.exc import IntegrityError
 
 from hawk.lots.answers import Done
+from hawk.lots.plan.values import PRIVATE
 from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.rows import Key, Row, is_among, read_rows
 from hawk.lots.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, SECTION, STALL, SURVEY, ZONE
@@ -131,7 +132,8 @@ def apply(connection: Connection, groups: Iterable[Group]) -> None:
             connection.execute(delete(METADATA.tables[name]).where(*_is_row(name)), keys)
         else:
             _set(connection, name, list(members))
-    section_looks.renew(connection, rows_touched(every, SURVEY.name), rows_touched(every, SECTION.name))
+    sections = {*rows_touched(every, SECTION.name), *_sections_beside(connection, rows_touched(every, ZONE.name))}
+    section_looks.renew(connection, rows_touched(every, SURVEY.name), sections)
 
 
 def _set(connection: Connection, name: str, groups: Sequence[Group]) -> None:
@@ -158,6 +160,15 @@ def _is_row(table: str) -> list[Any]:
 def _named(table: str, key: Key) -> dict[str, Any]:
     columns = METADATA.tables[table].primary_key
     return {f"key_{column.name}": value for column, value in zip(columns, key, strict=True)}
+
+
+def _sections_beside(connection: Connection, zones: Sequence[str]) -> Sequence[int]:
+    """Return the keys of the sections of lots in whose plans private ground begins or ends, by ids of zones."""
+    if not zones:
+        return ()
+    lots = select(ZONE.c.lot).where(is_among(ZONE.c.id), ZONE.c.kind == PRIVATE)
+    asked = select(SECTION.c.key).where(SECTION.c.lot.in_(lots), SECTION.c.ends.is_(None))
+    return connection.execute(asked, {"among": json.dumps(zones)}).scalars().all()
 
 
 def rows_touched(groups: Iterable[Group], table: str) -> list[Any]:

@@ -14,7 +14,7 @@ from sqlalchemy import Connection, func, select
 
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
-from hawk.lots.plan.queries import all_stalls, in_plan, sections_of
+from hawk.lots.plan.queries import all_stalls, in_plan, private_zones, sections_of
 from hawk.lots.plan.sections import axis_of
 from hawk.lots.plan.values import LayoutSection
 from hawk.lots.plan.versions import newest_layout, revision_of
@@ -23,8 +23,10 @@ from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
 from hawk.lots.schema import CHANGE, EDIT, LOT, STALL, SURVEY
 from hawk.lots.survey.order import is_ordered
+from hawk.lots.survey.private_ground import ERROR_M, rings_in
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
 from hawk.model.plans import Outline
+from hawk.model.poses import Ring
 
 NEAR_M: Final = 60.0
 """A drone that stands nearer than this to a lot is about to fly over it."""
@@ -146,6 +148,13 @@ def _section_places(section: LayoutSection, frame: Move) -> Iterator[KnownStall]
     angle = (math.atan2(along[1], along[0]) + frame.turn) % np.pi
     for number, (north, east) in enumerate(frame.of(middles[is_part]).tolist(), 1):
         yield KnownStall(f"{section.id} {number}", north, east, angle, width, length)
+
+
+def private_ground(connection: Connection, lot: str, datum: tuple[float, float]) -> tuple[Ring, ...]:
+    """Return the rings of a lot's ground that nobody may look at, metres (north, east) about a datum (latitude,
+    longitude), as a receiver would place it.
+    """
+    return rings_in(frame_of(datum, datum_of(connection, lot)), private_zones(connection, lot), ERROR_M)
 
 
 def _found_by(connection: Connection, lot: str, survey: str) -> set[int]:

@@ -36,7 +36,7 @@ from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan.queries import in_plan, is_of_row
 from hawk.lots.plan.serialize import layout_of
-from hawk.lots.plan.values import LASTING, NO_STALLS
+from hawk.lots.plan.values import BARE, LASTING, PRIVATE
 from hawk.lots.queries import (
     CHANGE_SHOWN,
     SURVEY_SHOWN,
@@ -112,9 +112,10 @@ def zones(connection: Connection, lot_id: str, asked: Asked) -> ZoneList:
 
     def shown(row: Row[Any]) -> Zone:
         corners = [list(corner) for corner in ring_of(row.outline)]
-        kind = "" if row.kind == NO_STALLS else row.kind
+        kind = "" if row.kind in BARE else row.kind
         return Zone(
-            id=row.id, name=row.name, kind=kind, has_stalls=row.kind != NO_STALLS, outline=corners,
+            id=row.id, name=row.name, kind=kind, has_stalls=row.kind not in BARE,
+            is_private=row.kind == PRIVATE, outline=corners,
             ground=places_on_earth(datum, corners),
         )  # fmt: skip
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots.storage import backup, database
     from hawk.lots.storage.backup import FlightLock
     from hawk.lots.storage.database import Database
-    from hawk.lots.survey import landing, pictures, round_share
+    from hawk.lots.survey import landing, pictures, private_ground, round_share
     from hawk.lots.survey.landing import LandingFacts
 else:
     backup = late("hawk.lots.storage.backup")
@@ -42,6 +42,7 @@ else:
     landing = late("hawk.lots.survey.landing")
     outbox = late("hawk.lots.outbox")
     pictures = late("hawk.lots.survey.pictures")
+    private_ground = late("hawk.lots.survey.private_ground")
     round_share = late("hawk.lots.survey.round_share")
     ingest = late("hawk.lots.ingest")
     collection = late("hawk.lots.documents.collection")
@@ -199,9 +200,10 @@ class LotStore:
     def _keep_picture(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
         """Write the picture of a survey that is stored. An error is logged: nothing that is counted needs it."""
         try:
-            folder = pictures.pictures_of(self.path)
-            folder.write(survey, mosaic)
-            opened = self._opened()
+            folder, opened = pictures.pictures_of(self.path), self._opened()
+            with opened.reading() as connection:
+                hidden = private_ground.hidden_in(connection, survey)
+            folder.write(survey, mosaic, hidden)
             if not opened.damaged:  # a backup may bring back surveys that are passed over
                 with opened.reading() as connection:
                     folder.keep(pictures.worth_keeping(connection))

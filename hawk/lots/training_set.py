@@ -33,8 +33,10 @@ from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
 from hawk.lots.schema import CHANGE, LAYOUT, LOT, OBSERVATION
 from hawk.lots.survey.pictures import PictureFolder, Shown, drawn, extent
+from hawk.lots.survey.private_ground import hidden_in
 from hawk.lots.values import LotStoreError, utc
 from hawk.model.lot_map import CELL_M, StallState, TileKey
+from hawk.model.poses import Ring
 
 AROUND_M: Final = 15.0
 """Ground about the stalls that a picture shows."""
@@ -60,13 +62,16 @@ class Taught:
 
 @dataclass(frozen=True, slots=True)
 class Flown:
-    """A survey of a lot: ``move`` brings its frame onto the lot's; ``states`` of which it was sure, by stall ids."""
+    """A survey of a lot: ``move`` brings its frame onto the lot's; ``states`` of which it was sure, by stall ids.
+    ``hidden``: rings that its picture must not show.
+    """
 
     id: str
     seq: int
     ended: float
     move: Move
     states: dict[str, str] = field(repr=False)
+    hidden: tuple[Ring, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +101,14 @@ def read_lesson(connection: Connection, lot: str) -> Lesson:
     rows = list(placed_surveys(connection, lot))
     shown = [row for row in reversed(rows) if int(row["layout"] or 0) >= since]
     surveys = tuple(
-        Flown(row["id"], int(row["seq"]), float(row["ended"]), Move.stored(row), _states(connection, row["seq"], ids))
+        Flown(
+            row["id"],
+            int(row["seq"]),
+            float(row["ended"]),
+            Move.stored(row),
+            _states(connection, row["seq"], ids),
+            hidden_in(connection, row["id"]),
+        )
         for row in shown
     )
     text = connection.execute(select(LOT.c.outline).where(LOT.c.id == lot)).scalar_one()
@@ -111,7 +123,7 @@ def write_lesson(lesson: Lesson, pictures: PictureFolder, folder: Path) -> Taugh
     """
     names, gone = [], 0
     for survey in lesson.surveys:
-        tiles = pictures.read(survey.id)
+        tiles = pictures.read(survey.id, survey.hidden)
         try:
             name = _write(lesson, survey, tiles, folder) if tiles else None
         except ValueError as error:

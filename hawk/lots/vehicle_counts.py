@@ -9,13 +9,13 @@ from sqlalchemy import Connection
 
 from hawk.lots.answers import VehicleCounts
 from hawk.lots.outlines import outline_of
-from hawk.lots.plan.queries import all_stalls, sections_of
+from hawk.lots.plan.queries import all_stalls, private_zones, sections_of
 from hawk.lots.plan.values import shapes_of
 from hawk.lots.queries import lot_row, survey_row
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.survey.section_looks import move_of_survey, moved_shapes
-from hawk.lots.survey.vehicle_places import Grounds, Place, places_of
+from hawk.lots.survey.vehicle_places import Grounds, Place, may_be_seen, places_of
 from hawk.lots.tables import unpack_vehicles
 
 _FIELDS: Final = {
@@ -40,7 +40,9 @@ def vehicle_counts(connection: Connection, survey_id: str) -> VehicleCounts:
     ground = ground_about(datum_of(connection, lot), outline_of(lot_row(connection, lot)["outline"]))
     sections = {each.id: each.outline for each in sections_of(connection, lot)}
     grounds = Grounds(shapes_of(all_stalls(connection, lot)), sections, ground)
-    found = Counter(each.place for each in places_of(moved_shapes(shapes_of(vehicles), move), grounds))
+    shapes = moved_shapes(shapes_of(vehicles), move)
+    shapes = shapes[may_be_seen(shapes, private_zones(connection, lot))]
+    found = Counter(each.place for each in places_of(shapes, grounds))
     return VehicleCounts(
-        survey=survey_id, vehicles=len(vehicles), **{name: found[place] for place, name in _FIELDS.items()}
+        survey=survey_id, vehicles=len(shapes), **{name: found[place] for place, name in _FIELDS.items()}
     )

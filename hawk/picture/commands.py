@@ -11,6 +11,7 @@ import json
 import os
 import re
 import sys
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -28,13 +29,14 @@ from hawk.runtime.process import ParentGoneError, kill_with_parent
 
 if TYPE_CHECKING:
     from hawk.daemon import desk, start_checks
-    from hawk.picture import files, ingest, lot_files, lot_report, progress, report, sources
+    from hawk.picture import check_files, files, ingest, lot_files, lot_report, progress, report, sources
     from hawk.picture import values as errors
     from hawk.picture.city import scheduler
     from hawk.picture.inbox import commands as inbox
 else:
     desk = late("hawk.daemon.desk")
     start_checks = late("hawk.daemon.start_checks")
+    check_files = late("hawk.picture.check_files")
     files = late("hawk.picture.files")
     ingest = late("hawk.picture.ingest")
     lot_files = late("hawk.picture.lot_files")
@@ -53,6 +55,7 @@ _FAILED: Final = 1
 _STOPPED: Final = 130
 """Exit status after Ctrl-C, as shells have it."""
 _MOST_WORKERS: Final = 256
+_MOST_CHECKED: Final = 2_000
 _LEAST_MIB: Final = 500.0
 _PASSED_ON: Final = ("height", "lenses", "calibration", "place", "model", "hfov", "focal35", "memory")
 _SCHEDULER: Final = re.compile(r"(tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[^\s:/\[\]]+):([0-9]{1,5})/?")
@@ -91,6 +94,20 @@ def _add_orthophoto(group: Any) -> None:
     group.add_argument(
         "--outline", type=values.file, metavar="FILE",
         help="map only these lots: GeoJSON, GeoPackage, KML or OpenStreetMap's XML with amenity=parking",
+    )  # fmt: skip
+    group.add_argument(
+        "--private", type=values.file, metavar="FILE",
+        help="areas that nobody may look at, as gardens (GeoJSON, GeoPackage, KML): no picture shows them, nothing is "
+        "counted there",
+    )  # fmt: skip
+    group.add_argument(
+        "--check", type=values.whole(1, _MOST_CHECKED), metavar="N",
+        help="draw N windows for checking by eye into --out/check, more where the network is less sure",
+    )  # fmt: skip
+    group.add_argument("--seed", type=values.whole(0), metavar="N", help="seed of that drawing (1)")
+    group.add_argument(
+        "--checked", type=values.file, metavar="FILE",
+        help="check/windows.csv with the counts by eye filled in: the report has the totals by them",
     )  # fmt: skip
     group.add_argument(
         "--crs", type=values.some, metavar="SYSTEM", help="system of coordinates where the file says none, EPSG:25832"
@@ -202,7 +219,8 @@ def _run(options: argparse.Namespace) -> int:
         return inbox.watch(options, _passed_on(options))
     _check(options)
     asked = sources.MapRequest(
-        source=options.source, out=options.out, model=options.model, outline=options.outline, crs=options.crs,
+        source=options.source, out=options.out, model=options.model, outline=options.outline,
+        private=options.private, check=options.check, checked=options.checked, crs=options.crs,
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
@@ -211,8 +229,9 @@ def _run(options: argparse.Namespace) -> int:
     try:
         with kept_source(options.out, options.source):
             with progress.shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as show:
-                mapped = sources.survey_of_source(asked, show)
+                mapped = _checked(options, sources.survey_of_source(asked, show))
             stored = _write(options, mapped)
+            _draw_check(options, mapped)
     except errors.PictureError as error:
         _say_error(options, str(error))
         return _FAILED
@@ -222,6 +241,25 @@ def _run(options: argparse.Namespace) -> int:
     if options.page:
         return _show(options, stored)
     return PARTLY if mapped.left_out else 0
+
+
+def _checked(options: argparse.Namespace, mapped: errors.PictureSurvey) -> errors.PictureSurvey:
+    """Return a survey with the totals by windows that were checked by eye. Raises PictureError."""
+    if options.checked is None or mapped.sample is None:
+        return mapped
+    found = check_files.read_check(mapped.sample, options.checked)
+    return replace(mapped, checked=found.values(), notes=(*mapped.notes, found.words))
+
+
+def _draw_check(options: argparse.Namespace, mapped: errors.PictureSurvey) -> None:
+    """Write the windows for checking by eye where they are asked for. Raises PictureError."""
+    if options.check is None or mapped.sample is None:
+        return
+    folder = check_files.write_check(
+        mapped.sample, options.out, options.check, 1 if options.seed is None else options.seed
+    )
+    words = f"{folder}: count by eye, fill in {check_files.TABLE}, and name it by --checked with --resume"
+    print(json.dumps({"event": "check", "folder": str(folder)}) if options.json else words)
 
 
 def _check_watch(options: argparse.Namespace) -> None:
@@ -272,6 +310,8 @@ def _check(options: argparse.Namespace) -> None:
         is_alike = other == options.source.resolve().name
         words = f"{other} with other pictures" if is_alike else other
         raise ConfigError(f"--out: {options.out} holds the work on {words}; name another folder")
+    if options.seed is not None and options.check is None:
+        raise ConfigError("--seed: only together with --check")
     if options.store is not None:
         _check_store(options.store)
     if options.scheduler is not None and options.workers is not None:

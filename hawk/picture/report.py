@@ -41,6 +41,7 @@ def report(mapped: PictureSurvey, program: str) -> dict[str, Any]:
         "area_seen_m2": round(mapped.area_m2, 1),
         "crs": mapped.crs or "EPSG:4326",
         "notes": list(mapped.notes),
+        **({} if mapped.checked is None else {"checked": mapped.checked}),
         "left_out": [{"name": each.name, "reason": each.reason} for each in mapped.left_out],
     }
 

@@ -33,6 +33,7 @@ from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress,
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
+_OF_ORTHOPHOTOS: Final = ("outline", "private", "check", "checked")
 _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
@@ -44,6 +45,9 @@ class MapRequest:
     out: Path
     model: Path | None = None
     outline: Path | None = None
+    private: Path | None = None
+    check: int | None = None
+    checked: Path | None = None
     crs: str | None = None
     workers: int | None = None
     scheduler: Scheduler | None = None
@@ -138,6 +142,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
         picture,
         out=asked.out,
         outline=asked.outline,
+        private=asked.private,
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,
         crs=asked.crs,
@@ -148,7 +153,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
 
 
 def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
-    _refuse(asked, "a folder of photographs", "outline", "crs", "workers", "scheduler", *_OF_FILMS)
+    _refuse(asked, "a folder of photographs", *_OF_ORTHOPHOTOS, "crs", "workers", "scheduler", *_OF_FILMS)
     read = read_folder(
         asked.source,
         lenses=asked.lenses,
@@ -165,7 +170,7 @@ def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
 
 def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a film, or a recording, which has its own places and lens."""
-    _refuse(asked, "a film", "outline", "crs", "workers", "scheduler", "group", "place")
+    _refuse(asked, "a film", *_OF_ORTHOPHOTOS, "crs", "workers", "scheduler", "group", "place")
     if asked.source.suffix.lower() == ".mcap":
         _refuse(asked, "a recording", "lenses", "calibration", *_OF_FILMS)
     film = read_film(
@@ -190,7 +195,7 @@ def _project(asked: MapRequest, progress: Progress) -> PictureSurvey:
     picture = webodm.orthophoto(asked.source)
     if picture is not None:
         return _orthophoto(replace(asked, source=picture), progress, folder)
-    no_use = ("outline", "crs", "workers", "scheduler", "lenses", "calibration", "group", "place")
+    no_use = (*_OF_ORTHOPHOTOS, "crs", "workers", "scheduler", "lenses", "calibration", "group", "place")
     _refuse(asked, "a WebODM project", *no_use, *_OF_FILMS)
     read = webodm.read_project(asked.source, height_m=asked.height_m)
     _check_times(asked, read.shots, MomentSource.CAMERA)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, Protocol
+from typing import Any, Final, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from hawk.exports.ground import Ground
 from hawk.exports.values import ExportRecord, Observation
@@ -173,13 +176,46 @@ class Provenance:
 
 
 @dataclass(frozen=True, slots=True)
+class SampleWindow:
+    """A square of a picture for checking by eye.
+
+    ``counts``: what the program counts in it, by name; ``doubt``: sum of the chances that its stalls are none or have
+    another state. ``ring``: its corners, (latitude, longitude), degrees.
+    """
+
+    number: int
+    name: str
+    counts: Mapping[str, int]
+    doubt: float
+    ring: tuple[tuple[float, float], ...] = field(repr=False)
+
+
+class CheckSample(Protocol):
+    """The windows of a mapped picture."""
+
+    @property
+    def identity(self) -> str:
+        """Text that is the same for the same findings."""
+        ...
+
+    def windows(self) -> tuple[SampleWindow, ...]:
+        """Return all windows, in order."""
+        ...
+
+    def picture(self, window: SampleWindow) -> NDArray[np.uint8]:
+        """Return a window's picture, BGR. Raises PictureError."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
 class PictureSurvey:
     """A survey by pictures: as files have it, and ``landed``, as the store takes one after a flight.
 
     ``ground``: its picture in the frame of the survey's origin, None where none is drawn. ``area_m2``: ground that was
     seen. ``crs``: that of the source as PROJ or GDAL name it (``EPSG:28992``), "" for WGS-84. ``notes``: sentences on
     what a reader must know, such as a coarse scale. Its source with what limits it is ``survey.pictures``. ``lots``:
-    those of its outlines, None where there are not several; it is the survey of all of them then.
+    those of its outlines, None where there are not several; it is the survey of all of them then. ``sample``: windows
+    for checking it by eye, None where there are none; ``checked``: totals by such windows, as values of JSON.
     """
 
     survey: ExportRecord
@@ -190,6 +226,8 @@ class PictureSurvey:
     left_out: tuple[LeftOut, ...] = ()
     notes: tuple[str, ...] = ()
     lots: LotSurveys | None = field(default=None, repr=False, compare=False)
+    sample: CheckSample | None = field(default=None, repr=False, compare=False)
+    checked: Mapping[str, Any] | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Row, and_, func, or_, select
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
-from hawk.lots.plan.values import NO_STALLS
+from hawk.lots.plan.values import BARE
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.schema import LOOKS, LOT, SECTION_LOOK, STALL, SURVEY, ZONE
 from hawk.lots.storage.database import version_of
@@ -254,7 +254,7 @@ def _counted(connection: Connection, lot: str, rows: Sequence[Row[tuple[object, 
     """Return stalls with their row, and the zones of the present plan that their middles lie in."""
     zones = connection.execute(
         select(ZONE.c.name, ZONE.c.outline)
-        .where(ZONE.c.lot == lot, ZONE.c.kind != NO_STALLS, ZONE.c.ends.is_(None))
+        .where(ZONE.c.lot == lot, ZONE.c.kind.not_in(BARE), ZONE.c.ends.is_(None))
         .order_by(ZONE.c.name)
     ).all()
     places = np.array([(row.north, row.east) for row in rows], np.float64).reshape(-1, 2)

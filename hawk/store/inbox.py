@@ -91,7 +91,7 @@ class InboxFolder:
         self._free = free
         self._monotonic = monotonic
         self._count: _Count | None = None
-        self._open: dict[Incoming, int] = {}
+        self._open: dict[FileWriter, int] = {}
 
     def clear(self) -> None:
         """Remove files that a former program did not finish. Raises OSError."""
@@ -100,7 +100,7 @@ class InboxFolder:
                 for part in folder.glob(f"*{_PARTIAL}"):
                     part.unlink(missing_ok=True)
 
-    def begin(self, flight: str, name: str, size: int) -> Incoming:
+    def begin(self, flight: str, name: str, size: int) -> FileWriter:
         """Return a new file of a flight, "" for the folder itself; its names have no `name_fault`.
 
         Raises InboxFullError, OSError: ELOOP or ENOTDIR where the flight is no folder of this one.
@@ -115,7 +115,7 @@ class InboxFolder:
         finally:
             os.close(root)
         try:
-            incoming = Incoming(folder, name, size, self._ended)
+            incoming = FileWriter(folder, name, size, self._ended)
         except OSError:
             os.close(folder)
             raise
@@ -152,7 +152,7 @@ class InboxFolder:
             self._count = _Count(size, files, now)
         return self._count
 
-    def _ended(self, incoming: Incoming, size: int) -> None:
+    def _ended(self, incoming: FileWriter, size: int) -> None:
         """Count a file that was written; ``size`` 0: it was dropped."""
         self._open.pop(incoming, None)
         if self._count is not None and size:
@@ -160,10 +160,10 @@ class InboxFolder:
             self._count.files += 1
 
 
-class Incoming:
+class FileWriter:
     """A file of ``size`` bytes that is being written; `finish` or `drop` ends it."""
 
-    def __init__(self, folder: int, name: str, size: int, ended: Callable[[Incoming, int], None]) -> None:
+    def __init__(self, folder: int, name: str, size: int, ended: Callable[[FileWriter, int], None]) -> None:
         """``folder``: descriptor, which this closes. Raises OSError; the descriptor is then left open."""
         self._folder = folder
         self._name = name

@@ -41,7 +41,7 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots import outbox
     from hawk.lots.documents import lot_return, parts, source
     from hawk.lots.storage import states
-    from hawk.lots.survey import pictures
+    from hawk.lots.survey import pictures, private_ground
 else:
     outbox = late("hawk.lots.outbox")
     source = late("hawk.lots.documents.source")
@@ -49,6 +49,7 @@ else:
     parts = late("hawk.lots.documents.parts")
     states = late("hawk.lots.storage.states")
     pictures = late("hawk.lots.survey.pictures")
+    private_ground = late("hawk.lots.survey.private_ground")
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
@@ -206,7 +207,8 @@ class DocumentSender:
             of_lots = tuple(lot.state for lot in lots.lots)
             return PackedState(f"lots/{named}/document", of_lots, parts.packed(lots))
         try:
-            mosaic = pictures.pictures_of(self._store.path).read(named)
+            hidden = private_ground.hidden_in(connection, named)
+            mosaic = pictures.pictures_of(self._store.path).read(named, hidden)
         except LotStoreError as error:  # of a broken file: the survey goes without it
             _LOG.warning("collect: %s", error)
             mosaic = {}

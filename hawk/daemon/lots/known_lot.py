@@ -19,7 +19,7 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import LotStoreError
 from hawk.model.known_lot import KnownLot, LotAhead, PlanOffer
 from hawk.model.operation import Level
-from hawk.model.poses import GlobalPose
+from hawk.model.poses import GlobalPose, Ring
 from hawk.model.sentences import say
 from hawk.runtime.late import late
 
@@ -58,6 +58,7 @@ class _Found:
     name: str
     lot: KnownLot | None = field(repr=False)
     author: str = ""
+    private: tuple[Ring, ...] = field(default=(), repr=False)
 
 
 class KnownLotFollower:
@@ -106,6 +107,11 @@ class KnownLotFollower:
     def lots(self) -> tuple[str, ...]:
         """Ids of the lots that are flown over, also of those without stalls."""
         return tuple(_lots(self._flown))
+
+    @property
+    def private(self) -> tuple[Ring, ...]:
+        """Rings of ground on the map that nobody may look at, by the newest plan: they steer nothing."""
+        return tuple(ring for each in self._seen for ring in each.private)
 
     def wake(self) -> None:
         """Look now: a lot that the page lists can be surveyed again at once."""
@@ -222,7 +228,8 @@ def _found(connection: Connection, asked: _Asked, known: Mapping[_Stamp, _Found]
             continue
         lot = queries.known_lot(connection, stamp[0], asked.place, asked.survey)
         author = queries.last_author(connection, stamp[0])
-        found.append(_Found(stamp, name, lot if lot.stalls else None, author))
+        private = queries.private_ground(connection, stamp[0], asked.place)
+        found.append(_Found(stamp, name, lot if lot.stalls else None, author, private))
     return tuple(found)
 
 

@@ -22,7 +22,7 @@ from hawk.lots.answers import Comparison, FoundStall, MissedStall
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.plan.values import NO_STALLS, LayoutStall, shapes_of
+from hawk.lots.plan.values import BARE, LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move, same_stalls
 from hawk.lots.registration.survey_place import Findings, other_ground
 from hawk.lots.schema import SURVEY, ZONE
@@ -123,7 +123,7 @@ def found_stall(stall: Detection) -> dict[str, Any]:
 
 def no_stalls(connection: Connection, lot: str) -> list[Ring]:
     """Return the areas of a lot's plan without stalls: rings of (north, east), metres in its frame."""
-    is_asked = (ZONE.c.lot == lot) & (ZONE.c.kind == NO_STALLS) & ZONE.c.ends.is_(None)
+    is_asked = (ZONE.c.lot == lot) & ZONE.c.kind.in_(BARE) & ZONE.c.ends.is_(None)
     return [ring_of(text) for text in connection.execute(select(ZONE.c.outline).where(is_asked)).scalars()]
 
 

@@ -30,7 +30,7 @@ from hawk.lots.documents.parts import (
     read_document,
 )
 from hawk.lots.plan.kinds import Kind
-from hawk.lots.plan.values import SectionKind
+from hawk.lots.plan.values import BareKind, SectionKind
 from hawk.lots.values import LONGEST_ZONE, LotInputError
 
 FORMAT: Final = "hawk lots"
@@ -81,7 +81,7 @@ class PlanZone(Part):
 
     id: Uuid
     name: Label
-    kind: Kind | Literal["no_stalls"]
+    kind: Kind | BareKind
     outline: Ring
     begins: Version
     ends: Version | None

@@ -42,7 +42,7 @@ from hawk.lots.plan.operations import (
     Turn,
     Widen,
 )
-from hawk.lots.plan.values import NO_STALLS, Draft, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
+from hawk.lots.plan.values import NO_STALLS, PRIVATE, Draft, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
 from hawk.model.sentences import say, words_of
 from hawk.results.label_parts import LabelParts, in_order, numbered, reading_order
@@ -303,4 +303,5 @@ def _forbidden(asked: Forbid, stalls: Sequence[LayoutStall], context: Context) -
         raise LotInputError("name", say("holds characters that cannot be shown: write it without"))
     inside = geometry.within(outline, shapes_of(stalls)[:, :2])
     ended = tuple(stall for stall, lies in zip(stalls, inside, strict=True) if lies)
-    return Draft(ended=ended, forbidden=(PlanZone(context.new_id(), name, outline, NO_STALLS),), field="outline")
+    zone = PlanZone(context.new_id(), name, outline, PRIVATE if asked.private else NO_STALLS)
+    return Draft(ended=ended, forbidden=(zone,), field="outline")

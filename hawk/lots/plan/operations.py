@@ -236,11 +236,12 @@ class Split(Asked):
 
 
 class Forbid(Asked):
-    """Makes an area without stalls; those whose middle is in it are removed."""
+    """Makes an area without stalls; those whose middle is in it are removed. Pictures leave ``private`` ground out."""
 
     do: Literal["forbid"]
     outline: Annotated[list[Place], Field(min_length=3, max_length=MOST_CORNERS)]
     name: Annotated[str, Field(max_length=80)] = ""
+    private: bool = False
 
 
 class Allow(Asked):

@@ -29,10 +29,11 @@ from hawk.lots.plan.operations import (
     Split,
     Swap,
 )
-from hawk.lots.plan.values import LASTING, NO_STALLS, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
+from hawk.lots.plan.values import BARE, LASTING, PRIVATE, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.rows import is_among
 from hawk.lots.schema import FORMER, SECTION, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
+from hawk.model.poses import Ring
 from hawk.model.sentences import say
 
 _LARGEST_M: Final = (WIDTHS_M[1] + LENGTHS_M[1]) / 2
@@ -81,7 +82,9 @@ _TOUCHING: Final = _IN_BOX.where(
     STALL.c.east.between(bindparam("low_east") - _REACH, bindparam("high_east") + _REACH),
 )
 """Stalls whose box touches a box, which the index by place finds within `_LARGEST_M`."""
-_ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline).where(in_plan(ZONE.c, _LOT), ZONE.c.kind == NO_STALLS)
+_ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline, ZONE.c.kind).where(
+    in_plan(ZONE.c, _LOT), ZONE.c.kind.in_(BARE)
+)
 _LABELLED: Final = _asked(_PRESENT, is_among(STALL.c.label))
 _LABELS: Final = select(STALL.c.label).where(_PRESENT, ~is_among(STALL.c.key))
 _MEDIANS: Final = {
@@ -173,15 +176,20 @@ def zones_of(connection: Connection, lot: str, version: int | None = None) -> li
     """Return the areas without stalls, of the plan or of a version of the layout."""
     asked = _ZONES
     if version is not None:
-        asked = select(*_ZONES.selected_columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind == NO_STALLS)
+        asked = select(*_ZONES.selected_columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind.in_(BARE))
     found = connection.execute(asked.order_by(ZONE.c.id), {"lot": lot} if version is None else {})
-    return [PlanZone(key, name, ring_of(outline), NO_STALLS) for key, name, outline in found]
+    return [PlanZone(key, name, ring_of(outline), kind) for key, name, outline, kind in found]
+
+
+def private_zones(connection: Connection, lot: str) -> list[Ring]:
+    """Return the rings of a lot's plan that nobody may look at, metres in its frame."""
+    return [each.outline for each in zones_of(connection, lot) if each.kind == PRIVATE and each.outline]
 
 
 def named_zones(connection: Connection, lot: str, version: int | None = None) -> list[PlanZone]:
     """Return the zones with a name, by it, of the plan or of a version of the layout."""
     columns = (ZONE.c.id, ZONE.c.name, ZONE.c.outline, ZONE.c.kind)
-    asked = select(*columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind != NO_STALLS)
+    asked = select(*columns).where(in_plan(ZONE.c, lot, version), ZONE.c.kind.not_in(BARE))
     found = connection.execute(asked.order_by(ZONE.c.name, ZONE.c.id))
     return [PlanZone(key, name, ring_of(outline), kind) for key, name, outline, kind in found]
 

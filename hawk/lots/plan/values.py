@@ -25,6 +25,11 @@ LASTING: Final = ("label", *SHAPE, "kind", "is_confirmed", "is_named")
 """Columns of a stall that each layout version may have otherwise."""
 NO_STALLS: Final = "no_stalls"
 """Kind of a zone that has no stall."""
+PRIVATE: Final = "private_ground"
+"""Kind of a zone that nobody may look at: it has no stall either, and no picture shows it."""
+BARE: Final = (NO_STALLS, PRIVATE)
+"""Kinds of zones that have no stall."""
+BareKind = Literal["no_stalls", "private_ground"]
 SectionKind = Literal["parallel", "across", ""]
 NEW: Final = 0
 """Key of a stall that is not in the store yet."""
@@ -86,7 +91,7 @@ class PlanZone:
     id: Id
     name: str
     outline: Annotated[Ring, Field(description="north and east, metres")] = field(repr=False)
-    kind: Kind | Literal["no_stalls"]
+    kind: Kind | BareKind
 
 
 @dataclass(frozen=True, slots=True)

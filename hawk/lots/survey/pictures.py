@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import re
 import zipfile
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +24,8 @@ from hawk.lots.schema import SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, EncodedTile, TileKey
-from hawk.model.tile_picture import decode_picture
+from hawk.model.poses import Ring
+from hawk.model.tile_picture import decode_picture, encode_picture
 
 KEPT: Final = 12
 """Surveys of a lot whose pictures are kept: a lot of one hectare takes half a megabyte each."""
@@ -64,46 +65,53 @@ class PictureFolder:
         """The folder; it need not be there."""
         return self._folder
 
-    def write(self, survey: str, mosaic: Mapping[TileKey, EncodedTile]) -> None:
-        """Write the tiles of a survey's mosaic, in place of those before. Raises OSError; those before stay then."""
+    def write(self, survey: str, mosaic: Mapping[TileKey, EncodedTile], hidden: Sequence[Ring] = ()) -> None:
+        """Write the tiles of a survey's mosaic, in place of those before. Raises OSError; those before stay then.
+
+        ``hidden``: rings in the survey's frame that no picture shows, here and below.
+        """
         if not mosaic:
             return
+        tiles = {key: without(tile.data, key, hidden) for key, tile in mosaic.items()}
         self._folder.mkdir(parents=True, exist_ok=True)
         target = self._path(survey)
         unfinished = target.with_suffix(_UNFINISHED)
         with zipfile.ZipFile(unfinished, "w") as file:
-            for (row, column), tile in sorted(mosaic.items()):
-                file.writestr(f"{row}_{column}.jpg", tile.data)
+            for (row, column), data in sorted(tiles.items()):
+                file.writestr(f"{row}_{column}.jpg", data)
             with suppress(ValueError):  # of a tile that is no picture: the others can be shown one by one
-                file.writestr(_WHOLE, _whole({key: tile.data for key, tile in mosaic.items()}))
+                file.writestr(_WHOLE, _whole(tiles))
         os.replace(unfinished, target)
 
     def surveys(self) -> set[str]:
         """Return the ids of the surveys that have a picture."""
         return {path.stem for path in self._folder.glob(f"*{_SUFFIX}")}
 
-    def read(self, survey: str) -> dict[TileKey, bytes]:
+    def read(self, survey: str, hidden: Sequence[Ring] = ()) -> dict[TileKey, bytes]:
         """Return the tiles of a survey, none where there is no picture. Raises LotStoreError for a broken file."""
         with self._opened(self._path(survey)) as file:
-            return {} if file is None else {key: file.read(info) for key, info in _infos(file).items()}
+            infos = {} if file is None else _infos(file)
+            return {} if file is None else {key: without(file.read(info), key, hidden) for key, info in infos.items()}
 
     def keys(self, survey: str) -> list[TileKey]:
         """Return the keys of a survey's tiles; none without a picture. Raises LotStoreError for a broken file."""
         with self._opened(self._path(survey)) as file:
             return [] if file is None else sorted(_infos(file))
 
-    def whole(self, survey: str) -> bytes | None:
+    def whole(self, survey: str, hidden: Sequence[Ring] = ()) -> bytes | None:
         """Return one picture of all tiles of a survey, None where there is none: WebP, transparent where nothing was
         seen, north up, over the rectangle of the tiles. Raises LotStoreError for a broken file.
         """
         with self._opened(self._path(survey)) as file:
-            return None if file is None or _WHOLE not in file.NameToInfo else file.read(_WHOLE)
+            if file is None or _WHOLE not in file.NameToInfo:
+                return None
+            return _whole_without(file.read(_WHOLE), extent(dict.fromkeys(_infos(file), b"")), hidden)
 
-    def tile(self, survey: str, key: TileKey) -> bytes | None:
+    def tile(self, survey: str, key: TileKey, hidden: Sequence[Ring] = ()) -> bytes | None:
         """Return one tile of a survey, None where there is none. Raises LotStoreError for a broken file."""
         with self._opened(self._path(survey)) as file:
             info = None if file is None else _infos(file).get(key)
-            return None if file is None or info is None else file.read(info)
+            return None if file is None or info is None else without(file.read(info), key, hidden)
 
     def keep(self, surveys: Collection[str]) -> None:
         """Remove the pictures of all other surveys. Raises OSError."""
@@ -160,6 +168,50 @@ def _whole(tiles: Mapping[TileKey, bytes]) -> bytes:
         at = (row - top) * side, (column - left) * side
         image[at[0] : at[0] + side, at[1] : at[1] + side] = shown
     return bytes(cv2.imencode(".webp", image, _WHOLE_QUALITY)[1])
+
+
+def without(data: bytes, key: TileKey, hidden: Sequence[Ring]) -> bytes:
+    """Return the picture of a tile without the ground of rings; the same where it shows none of it.
+
+    A tile that cannot be read, and so cannot be masked, is returned empty where there are rings.
+    """
+    row, column = key
+    origin = np.array([-row * TILE_M, column * TILE_M])
+    mask = _mask_of(hidden, origin, CELL_M, (TILE_CELLS, TILE_CELLS))
+    if not mask.any():
+        return data
+    try:
+        pixels, seen = decode_picture(data)
+    except ValueError:
+        return b""
+    seen = np.where(mask > 0, np.uint8(0), seen)
+    return encode_picture(np.asarray(cv2.copyTo(pixels, seen), np.uint8), np.asarray(seen, np.uint8))
+
+
+def _whole_without(data: bytes, box: tuple[float, float, float, float], hidden: Sequence[Ring]) -> bytes:
+    """Return the picture of all tiles of a box (south, west, north, east) without the ground of rings."""
+    if not hidden:
+        return data
+    image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_UNCHANGED)
+    if image is None or image.ndim != 3:
+        return b""
+    if image.shape[2] == 3:  # WebP leaves the opacity of a picture without a hole out
+        image = cv2.cvtColor(image, cv2.COLOR_BGR2BGRA)
+    _, west, north, east = box
+    mask = _mask_of(hidden, np.array([north, west]), (east - west) / image.shape[1], image.shape[:2])
+    image[mask > 0] = 0
+    return bytes(cv2.imencode(".webp", image, _WHOLE_QUALITY)[1])
+
+
+def _mask_of(
+    hidden: Sequence[Ring], corner: NDArray[np.float64], metres: float, shape: tuple[int, ...]
+) -> NDArray[np.uint8]:
+    """Return a raster that is 1 on rings; ``corner``: (north, east) of its upper left one, ``metres`` a pixel."""
+    mask = np.zeros(shape, np.uint8)
+    for ring in hidden:
+        away = (np.array(ring, np.float64) - corner) / metres
+        cv2.fillPoly(mask, [np.rint(away[:, ::-1] * (1, -1)).astype(np.int32)], 1)
+    return mask
 
 
 def pictures_of(store: Path) -> PictureFolder:

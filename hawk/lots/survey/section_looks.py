@@ -18,7 +18,7 @@ import shapely
 from sqlalchemy import Connection, Row, RowMapping, delete, insert, select
 
 from hawk.lots.outlines import outline_of, unpack_outline
-from hawk.lots.plan.queries import in_plan, sections_of
+from hawk.lots.plan.queries import in_plan, private_zones, sections_of
 from hawk.lots.plan.values import Floats, LayoutSection, shapes_of
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
@@ -27,9 +27,11 @@ from hawk.lots.rows import is_among
 from hawk.lots.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey.section_counts import SeenGround, Source, count_of
+from hawk.lots.survey.vehicle_places import may_be_seen
 from hawk.lots.tables import unpack_stalls, unpack_vehicles
 from hawk.lots.values import PLACED, LotStoreError, Placed
 from hawk.model.lot_map import StallState
+from hawk.model.poses import Ring
 
 _READ: Final = (
     "seq", "lot", "placed", "latitude", "longitude", "north", "east", "turn", "ended", "outline", "seen_ground",
@@ -91,7 +93,7 @@ def _keep(connection: Connection, row: RowMapping, sections: Sequence[LayoutSect
     if move is None or is_damaged(connection, "survey", row["seq"]) or is_damaged(connection, "lot", row["lot"]):
         return
     try:
-        seen = _seen(row, move)
+        seen = _seen(row, move, private_zones(connection, row["lot"]))
     except LotStoreError as error:
         _LOG.warning("survey %s is passed over: %s", row["seq"], error)
         return
@@ -113,8 +115,8 @@ def move_of_survey(connection: Connection, row: Mapping[str, Any] | RowMapping) 
     return frame_of(datum_of(connection, row["lot"]), (row["latitude"], row["longitude"]))
 
 
-def _seen(row: RowMapping, move: Move) -> SeenGround:
-    """Return what a survey saw. Raises LotStoreError."""
+def _seen(row: RowMapping, move: Move, private: Sequence[Ring]) -> SeenGround:
+    """Return what a survey saw beside ``private`` rings. Raises LotStoreError."""
     stalls, vehicles = unpack_stalls(row["stalls"]), unpack_vehicles(row["vehicles"])
     taken = [each for each in stalls if each.state is StallState.TAKEN]
     unknown = [each for each in stalls if each.state is StallState.UNKNOWN]
@@ -126,10 +128,11 @@ def _seen(row: RowMapping, move: Move) -> SeenGround:
     if not outline.polygons:
         outline = outline_of(row["outline"])
     ground = move.ground(ground_about((row["latitude"], row["longitude"]), outline))
-    values = np.array(found, np.float64).reshape(-1, 2)
+    shapes, values = moved_shapes(shapes, move), np.array(found, np.float64).reshape(-1, 2)
+    is_shown = may_be_seen(shapes, private)
     source: Source = "stalls" if vehicles is None else "vehicles"
     unsure = moved_shapes(shapes_of(unknown), move)
-    return SeenGround(source, moved_shapes(shapes, move), values[:, 0], values[:, 1], unsure, ground)
+    return SeenGround(source, shapes[is_shown], values[is_shown, 0], values[is_shown, 1], unsure, ground)
 
 
 def moved_shapes(shapes: Floats, move: Move) -> Floats:

@@ -5,12 +5,14 @@ All is in the lot's frame, metres (north, east).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Final
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from hawk.lots.plan import geometry
@@ -48,6 +50,14 @@ class PlacedVehicle:
 
     place: Place
     of: str = ""
+
+
+def may_be_seen(shapes: Floats, private: Sequence[Ring]) -> NDArray[np.bool_]:
+    """Return which shapes (N, 5) have their middle on ground that one may look at; ``private``: rings of other one."""
+    hidden = np.zeros(len(shapes), np.bool_)
+    for ring in private:
+        hidden |= np.array(geometry.within(ring, shapes[:, :2]), np.bool_)
+    return ~hidden
 
 
 def places_of(vehicles: Floats, grounds: Grounds) -> tuple[PlacedVehicle, ...]:

@@ -44,6 +44,7 @@ class CityWork:
         core_m: Side of a window's core, metres.
         load: Loads the detector; workers import it by its name.
         provenance: Name of the picture, and what a person says of it; None: that of its file.
+        private: A file with areas that nobody may look at: no window and no picture shows them.
     """
 
     path: Path
@@ -58,6 +59,7 @@ class CityWork:
     core_m: float = CORE_M
     load: LoadDetector = TileDetector.load
     provenance: Provenance | None = None
+    private: Path | None = None
 
     def check(self) -> None:
         """Raise PictureError where its workers cannot be had."""
@@ -138,6 +140,7 @@ def map_city(
         crs=work.crs,
         load=lambda: work.load(work.model, work.engine),
         core_m=work.core_m,
+        private=work.private,
     )
     accept(started.source)
     results = Results(work.out.resolve())

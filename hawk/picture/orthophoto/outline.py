@@ -7,11 +7,11 @@ do not. Points and lines beside them are left out. Each feature is a lot (`hawk.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import numpy as np
 import shapely
@@ -32,6 +32,7 @@ from hawk.lots.plan_files.values import text_of
 from hawk.lots.values import LotInputError
 from hawk.model.plans import Outline
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
+from hawk.picture.orthophoto.obstacles import Obstacles, is_obstacle, read_obstacles
 from hawk.picture.orthophoto.outline_lots import (
     OutlineFeature,
     OutlineLot,
@@ -42,6 +43,7 @@ from hawk.picture.orthophoto.outline_lots import (
 )
 from hawk.picture.values import PictureError
 
+T = TypeVar("T")
 LARGEST_BYTES: Final = 500_000_000
 _PARKING: Final = "parking"
 _NO_GROUND: Final = {"type": "Polygon", "coordinates": []}
@@ -58,11 +60,13 @@ class LotOutline:
 
     ``crossed``: those whose sides cross, so that it is not known which ground they mean, with the number of the
     feature; each is in ``lots`` as the areas between its lines. ``notes``: sentences on features that are no lots.
+    ``obstacles``: roads and buildings of the same file.
     """
 
     lots: tuple[OutlineLot, ...] = field(repr=False)
     crossed: tuple[tuple[int, BaseGeometry], ...] = field(default=(), repr=False)
     notes: tuple[str, ...] = ()
+    obstacles: Obstacles = field(default=Obstacles(), repr=False)
 
     @classmethod
     def of(cls, *shapes: BaseGeometry) -> LotOutline:
@@ -100,7 +104,7 @@ class LotOutline:
                     f"feature {number}, about {_place(shape)}: its sides cross, so that it is not clear which ground "
                     "it means; put its corners in their order along the lot's edge"
                 )
-        return LotOutline(found, notes=self.notes)
+        return LotOutline(found, notes=self.notes, obstacles=self.obstacles)
 
     def outline(self) -> Outline:
         """Return the lots as the store has them."""
@@ -127,17 +131,55 @@ def _place(shape: BaseGeometry) -> str:
     return f"{(bottom + top) / 2:.4f}, {(left + right) / 2:.4f}"
 
 
+def read_private(path: Path) -> tuple[BaseGeometry, ...]:
+    """Return the areas of a file as ground that nobody may look at, (longitude, latitude).
+
+    Raises PictureError: it cannot be read, or holds no area.
+    """
+    found = _features_in(path)
+    if any(each.facts.get("amenity") == _PARKING for each in found):
+        raise PictureError(f"{path}: holds parking lots (amenity=parking); name a file with private ground alone")
+    areas = tuple(part for each in found for part in polygons_of(each.shape))
+    if not areas:
+        raise PictureError(f"{path}: holds no area; draw each garden as a polygon, and save them as GeoJSON")
+    return areas
+
+
 def read_outline(path: Path) -> LotOutline:
     """Return the lots of a file.
 
     Raises:
         PictureError: It cannot be read, or holds no area that is a lot.
     """
+    of_lots = list(_lots(_features_in(path)))
+    drawn = [each for each in of_lots if polygons_of(each.shape)]
+    empty = tuple(ground_words(each) for each in of_lots if not polygons_of(each.shape))
+    if not drawn:
+        raise PictureError(f"{path}: holds no area that is a lot, as amenity=parking is; {_REMEDY}")
+    try:
+        lots = lots_of(drawn)
+    except PictureError as error:
+        raise PictureError(f"{path}: {error}") from error
+    crossed = tuple((each.number, each.shape) for each in drawn if _is_crossed(each.shape))
+    return LotOutline(lots, crossed, empty, _read_safely(path, read_obstacles))
+
+
+def _features_in(path: Path) -> list[OutlineFeature]:
+    """Return the areas of a file. Raises PictureError."""
+    return _read_safely(path, _areas_in)
+
+
+def _areas_in(path: Path) -> list[OutlineFeature]:
+    kind = kind_of_file(path)
+    return _geopackage(path) if kind.name == "GeoPackage" else _read(path.read_bytes(), kind)
+
+
+def _read_safely(path: Path, read: Callable[[Path], T]) -> T:
+    """Return what is read of a stranger's file. Raises PictureError."""
     try:
         if path.stat().st_size > LARGEST_BYTES:
             raise PictureError(f"{path}: is too large for outlines; export the layer with the lots alone")
-        kind = kind_of_file(path)
-        found = _geopackage(path) if kind.name == "GeoPackage" else _read(path.read_bytes(), kind)
+        return read(path)
     except OSError as error:
         raise PictureError(f"{path}: cannot be read ({error.strerror}); {_REMEDY}") from error
     except (AttributeError, TypeError, KeyError) as error:  # a value of another kind than its format has
@@ -147,23 +189,13 @@ def read_outline(path: Path) -> LotOutline:
         if isinstance(error, LotInputError) and error.field == "crs":  # its reason has a remedy of its own
             words = error.reason
         raise PictureError(f"{path}: {words}") from error
-    of_lots = list(_lots(found))
-    drawn = [each for each in of_lots if polygons_of(each.shape)]
-    empty = tuple(ground_words(each) for each in of_lots if not polygons_of(each.shape))
-    if not drawn:
-        raise PictureError(f"{path}: holds no area that is a lot, as amenity=parking is; {_REMEDY}")
-    try:
-        lots = lots_of(drawn)
-    except PictureError as error:
-        raise PictureError(f"{path}: {error}") from error
-    return LotOutline(lots, tuple((each.number, each.shape) for each in drawn if _is_crossed(each.shape)), empty)
 
 
 def _lots(found: list[OutlineFeature]) -> Iterator[OutlineFeature]:
     """Yield the features that are lots."""
     is_of_all_kinds = any(each.facts.get("amenity") for each in found)
     for each in found:
-        is_lot = each.facts.get("amenity") == _PARKING or not is_of_all_kinds
+        is_lot = each.facts.get("amenity") == _PARKING or not (is_of_all_kinds or is_obstacle(each.facts))
         if is_lot and each.facts.get("parking") != _UNDER:
             yield each
 

@@ -50,6 +50,9 @@ _LEAST_MASK_STEP: Final = 8
 """An overview this much smaller shows at little cost where ground is."""
 
 
+PixelRing = tuple[tuple[float, float], ...]
+
+
 @dataclass(frozen=True, slots=True)
 class Orthophoto:
     """A picture with its place on Earth.
@@ -57,6 +60,7 @@ class Orthophoto:
     ``crs``: name of its system as of `grid.system`, "" for WGS-84. ``identity``: changes with the file and with the
     files that it names. ``taken``: when it was taken, as far as its file says.
     ``has_overviews``: its ground can be seen as a whole at little cost. ``notes``: sentences for its reader.
+    ``private``: rings (column, row) of ground that nobody may look at: it is read as ground that the picture lacks.
     """
 
     path: Path
@@ -67,6 +71,15 @@ class Orthophoto:
     taken: CaptureTime
     has_overviews: bool = False
     notes: tuple[str, ...] = ()
+    private: tuple[PixelRing, ...] = field(default=(), repr=False)
+
+    def private_in(self, box: Box) -> tuple[PixelRing, ...]:
+        """Return the private rings whose bounds touch a box."""
+        left, top, right, bottom = box
+        ends = ((ring, *np.min(ring, axis=0), *np.max(ring, axis=0)) for ring in self.private)
+        return tuple(
+            ring for ring, x, y, far_x, far_y in ends if x < right and far_x > left and y < bottom and far_y > top
+        )
 
     def read(self, box: Box, step: int = 1) -> Pixels:
         """Return a part of the picture, a pixel for each ``step`` by ``step`` ones; a rest at its ends is left out.
@@ -82,6 +95,10 @@ class Orthophoto:
                 last = min(row + high, rows)
                 part = self._strip(dataset, (left, top + row * step, left + columns * step, top + last * step))
                 image[row:last], valid[row:last] = _thinned(part, step)
+        for ring in self.private_in(box):
+            hidden = np.zeros(valid.shape, np.uint8)
+            cv2.fillPoly(hidden, [np.rint((np.array(ring) - (left, top)) / step).astype(np.int32)], 1)
+            image[hidden > 0], valid[hidden > 0] = 0, False
         return Pixels(image, valid)
 
     def _strip(self, dataset: Any, box: Box) -> Pixels:

@@ -17,9 +17,10 @@ import numpy as np
 from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
 from hawk.picture.orthophoto.lots import SurveysByLot
-from hawk.picture.orthophoto.outline import LotOutline, read_outline
-from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
-from hawk.picture.orthophoto.survey import Findings, check_ground, to_survey
+from hawk.picture.orthophoto.outline import LotOutline, read_outline, read_private
+from hawk.picture.orthophoto.sample import PictureSample
+from hawk.picture.orthophoto.source import Orthophoto, PixelRing, open_orthophoto
+from hawk.picture.orthophoto.survey import Findings, PictureFrame, check_ground, to_survey, without_obstacles
 from hawk.picture.orthophoto.tile_detector import TileDetector
 from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.orthophoto.windows import CORE_M, Task, Window, WindowStalls, map_window, task_name, windows_of
@@ -49,6 +50,7 @@ def start(
     crs: str | None,
     load: Callable[[], TileDetector],
     core_m: float = CORE_M,
+    private: Path | None = None,
 ) -> MappingPlan:
     """Open a picture and name its windows.
 
@@ -58,15 +60,28 @@ def start(
         crs: The picture's system of coordinates, where its file does not say it.
         load: Loads the detector.
         core_m: Side of a window's core, metres.
+        private: A file with areas that nobody may look at.
 
     Raises:
         PictureError: The picture, the outlines or the network cannot be used; the text has the remedy.
     """
     source = open_orthophoto(path, crs)
+    if private is not None:
+        source = replace(source, private=_private_rings(source, private))
     lots = _near(source, outline)
     detector = load()
     tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), detector.model, detector.engine)
     return MappingPlan(source, lots, detector, tasks)
+
+
+def _private_rings(source: Orthophoto, path: Path) -> tuple[PixelRing, ...]:
+    """Return the areas of a file in the pixels of a picture; holes are private too. Raises PictureError."""
+    try:
+        areas = read_private(path)
+    except PictureError as error:
+        raise PictureError(f"--private: {error}") from error
+    rings = (source.grid.in_picture(np.array(area.exterior.coords)[:, 1::-1]) for area in areas)
+    return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings if np.isfinite(ring).all())
 
 
 def _near(source: Orthophoto, outline: Path | LotOutline | None) -> LotOutline | None:
@@ -159,7 +174,10 @@ def merge_results(
         model=started.detector.model,
         left_out=left_out,
     )
+    findings, notes = without_obstacles(findings, started.lots)
     mapped = to_survey(findings, started.lots)
+    plane = PictureFrame(source.grid, None if started.lots is None else started.lots.in_metres(source.grid))
+    mapped = replace(mapped, notes=(*mapped.notes, *notes), sample=PictureSample(findings, plane))
     if started.lots is not None and len(started.lots.lots) > 1:
         failed = [task.window for task, part in found if part is None]
         mapped = replace(mapped, lots=SurveysByLot(findings, started.lots, failed))

@@ -25,6 +25,7 @@ from hawk.model.vehicles import MapVehicle
 from hawk.picture.limits import UNSEEN_SHARE
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
 from hawk.picture.orthophoto.mosaic import ground_of_box, tiles_of
+from hawk.picture.orthophoto.obstacles import standing_on
 from hawk.picture.orthophoto.outline import LotOutline
 from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.orthophoto.tile_detector import Mask, TileVehicles, program_name, states_of
@@ -113,6 +114,28 @@ class Findings:
             plane.has(corners.mean(axis=1)) for corners in (every.corners, every.suggested, every.vehicle_corners)
         )
         return self.chosen(stalls, suggested, vehicles)
+
+
+def without_obstacles(findings: Findings, outline: LotOutline | None) -> tuple[Findings, tuple[str, ...]]:
+    """Return findings without those on the roads and buildings of a file of outlines, with a note on each cause."""
+    if outline is None:
+        return findings, ()
+    grid, notes = findings.source.grid, []
+    lots = PictureFrame(grid, outline.in_metres(grid))
+    for cause, grounds in outline.obstacles.in_metres(grid).items():
+        every = findings.stalls
+        stalls, suggested, vehicles = (
+            standing_on(quads, grid.metres, grounds)
+            for quads in (every.corners, every.suggested, every.vehicle_corners)
+        )
+        counts = [
+            int((gone & lots.has(quads.mean(axis=1))).sum())
+            for gone, quads in ((stalls, every.corners), (vehicles, every.vehicle_corners))
+        ]
+        findings = replace(findings, stalls=findings.chosen(~stalls, ~suggested, ~vehicles))
+        if any(counts):
+            notes.append(f"On {cause}, {counts[0]} stalls and {counts[1]} vehicles of the lots are not counted.")
+    return findings, tuple(notes)
 
 
 def to_survey(findings: Findings, outline: LotOutline | None = None) -> PictureSurvey:

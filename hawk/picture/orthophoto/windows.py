@@ -218,6 +218,7 @@ def task_name(source: Orthophoto, window: Window, model: str) -> str:
         _FORMAT, source.identity, source.grid.crs, source.grid.affine, source.bands.colours, source.bands.alpha,
         source.bands.levels, source.bands.has_white, window.core, window.box, window.step, model, program_name(model),
     ]  # fmt: skip
+    content += source.private_in(window.box)
     return hashlib.sha256(json.dumps(content).encode()).hexdigest()
 
 

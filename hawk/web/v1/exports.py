@@ -6,7 +6,7 @@ what a feed says changes with the time, too.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
@@ -23,12 +23,16 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection
 
     from hawk.exports import feeds, files
-    from hawk.lots.survey import pictures
+    from hawk.lots.survey import pictures, private_ground
     from hawk.lots.survey.pictures import PictureFolder
+    from hawk.model.poses import Ring
 else:
-    feeds, files, pictures = map(
-        late_functions, ("hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures")
-    )
+    feeds, files, pictures, private_ground = map(
+        late_functions,
+        (
+            "hawk.exports.feeds", "hawk.exports.files", "hawk.lots.survey.pictures", "hawk.lots.survey.private_ground",
+        ),
+    )  # fmt: skip
 
 TILE_CACHING: Final = "private, max-age=86400"
 """A day: then a browser asks once whether the survey is there."""
@@ -70,7 +74,7 @@ async def survey_tile(request: web.Request) -> web.StreamResponse:
     """A tile of a survey's picture. A picture never changes: a browser keeps its tiles."""
     query_of(request, Query)
     key = int(request.match_info["row"]), int(request.match_info["column"])
-    data = await _picture(request, lambda folder, survey: folder.tile(survey, key))
+    data = await _picture(request, lambda folder, survey, hidden: folder.tile(survey, key, hidden))
     if data is None:
         raise NotFoundError("row: there is no tile at this row and column")
     return await made(request, lambda: Answer(data, content_type="image/jpeg", headers=_TILE_HEADERS))
@@ -80,18 +84,24 @@ async def survey_tile(request: web.Request) -> web.StreamResponse:
 async def survey_whole(request: web.Request) -> web.StreamResponse:
     """All of a survey's picture in one, for a screen; 204 where there is none: it is asked for before that is known."""
     query_of(request, Query)
-    data = await _picture(request, lambda folder, survey: folder.whole(survey))
+    data = await _picture(request, lambda folder, survey, hidden: folder.whole(survey, hidden))
     if data is None:
         return web.Response(status=web.HTTPNoContent.status_code)
     return await made(request, lambda: Answer(data, content_type="image/webp", headers=_TILE_HEADERS))
 
 
-async def _picture(request: web.Request, read: Callable[[PictureFolder, str], bytes | None]) -> bytes | None:
+async def _picture(
+    request: web.Request, read: Callable[[PictureFolder, str, Sequence[Ring]], bytes | None]
+) -> bytes | None:
     """Return a picture out of the folder of a store's pictures by the id of the survey in the address."""
     survey = request.match_info["id"]
     store = await opened(request)
     async with in_time(BUSY):
-        return await store.read(lambda _: read(pictures.pictures_of(store.path), survey))
+        return await store.read(
+            lambda connection: read(
+                pictures.pictures_of(store.path), survey, private_ground.hidden_in(connection, survey)
+            )
+        )
 
 
 @answered

@@ -18,7 +18,7 @@ from typing import Annotated, Final, TypeVar
 from aiohttp import web
 from pydantic import Field
 
-from hawk.store.inbox import InboxFolder, InboxFullError, Incoming, name_fault
+from hawk.store.inbox import FileWriter, InboxFolder, InboxFullError, name_fault
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import answered
 from hawk.web.v1.bodies import InboxFile
@@ -89,7 +89,7 @@ def _size(request: web.Request, folder: InboxFolder) -> int:
     return size
 
 
-async def _receive(request: web.Request, incoming: Incoming) -> None:
+async def _receive(request: web.Request, incoming: FileWriter) -> None:
     """Write what comes. Raises HTTPRequestTimeout, RefusedError, and those of a lost connection."""
     clock = asyncio.get_running_loop().time
     try:

@@ -17,7 +17,7 @@ from hawk.comm.cameras.drone_camera import CameraFrame
 from hawk.model.operation import Health, StateName
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import HeightParameters
-from hawk.model.poses import GlobalPose, MapPoint, VehiclePose
+from hawk.model.poses import GlobalPose, MapPoint, Ring, VehiclePose
 from hawk.model.sun import SunPosition
 from tests.unit.algo.synthetic import CAMERA, SyntheticVision, pose_at, rows_lot
 
@@ -76,6 +76,7 @@ class Rig:
         self.fail_to_record = False
         self.problem = ""
         self.ground = 0.0
+        self.private: tuple[Ring, ...] = ()
         self.pose: Callable[[float], VehiclePose | None] = vehicle_pose
         self.aim: Aim = fixed_mount
         self.sun_at: SunAt = unknown_sun
@@ -91,7 +92,7 @@ class Rig:
         )
 
     def situation(self) -> Situation:
-        return replace(situation(), map_problem=self.problem, ground=self.ground)
+        return replace(situation(), map_problem=self.problem, ground=self.ground, private=self.private)
 
     def record(self, frame: FrameInput) -> None:
         if self.fail_to_record:
@@ -170,6 +171,19 @@ async def test_a_frame_becomes_topics_and_is_recorded(rig: Rig) -> None:
     assert rig.topics.annotated.value is not None
     assert rig.topics.annotated.value.captured == 2.0
     assert rig.topics.des_loc_inbound.value is None
+
+
+async def test_a_picture_without_private_ground_is_recorded_in_place_of_the_frame_s_or_none(rig: Rig) -> None:
+    rig.private = (((-3.0, -3.0), (-3.0, 3.0), (3.0, 3.0), (3.0, -3.0)),)
+    await rig.put(2.0)
+    assert rig.recorded[0].private == rig.private
+    assert rig.recorded[0].jpeg.startswith(b"\xff\xd8")
+    rig.pose = lambda _: None
+    await rig.put(3.0)
+    assert len(rig.recorded) == 1
+    rig.private = ()
+    await rig.put(4.0)
+    assert rig.recorded[1].jpeg == b"jpeg"
 
 
 @pytest.mark.slow

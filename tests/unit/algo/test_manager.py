@@ -17,9 +17,13 @@ from hawk.algo.vision.camera_check import CameraCheck
 from hawk.algo.vision.detection import FrameGround, VisionResult
 from hawk.algo.vision.odometry import Odometry
 from hawk.formats.image import NoImage
+from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, Cell
 from hawk.model.operation import Health
 from hawk.model.pictures import GroundStep
 from hawk.model.plans import DesiredPose, Inbound
+from hawk.model.poses import GlobalPose
+from hawk.model.tile_picture import decode_picture
+from hawk.results.survey_map import SurveyMap
 from tests.examples import nightly
 from tests.unit.algo.synthetic import SyntheticVision, box_fence, frame_at, pose_at, rows_lot
 
@@ -266,3 +270,37 @@ def test_a_picture_that_cannot_be_drawn_on_costs_only_itself(monkeypatch: pytest
 
 def _broken(*_: object) -> None:
     raise ZeroDivisionError("division by zero")
+
+
+def test_private_ground_is_in_no_picture_and_on_no_map_while_the_witnesses_see_the_whole_picture() -> None:
+    garden = ((-13.0, -30.0), (-13.0, 30.0), (-3.0, 30.0), (-3.0, -30.0))
+    rig, plain = Rig(with_picture=True), Rig(with_picture=True)
+    witnessed: list[int] = []
+    look = rig.check.look
+
+    def watched(frame: FrameInput, image: Any) -> Health:
+        witnessed.append(int(np.count_nonzero(image == 0)))
+        return look(frame, image)
+
+    rig.check.look = watched  # type: ignore[method-assign]
+    for frame in flight(20):
+        output = rig.run(replace(frame, private=(garden,)))
+        whole = plain.run(frame)
+    rig.mapper.finish()
+    assert witnessed == [0] * 20
+    assert output.recorded_jpeg
+    assert whole.recorded_jpeg is None
+    kept = [stall for stall in output.occupancy_map.stalls.values() if -12.0 < stall.north < -4.0]
+    assert (kept, len(whole.occupancy_map.stalls) > len(output.occupancy_map.stalls) > 5) == ([], True)
+    seen = 0
+    for (row, column), tile in rig.mapper.get_occupancy_map().mosaic.items():
+        mask = decode_picture(tile.data)[1]
+        north = -row * TILE_M - (np.arange(TILE_CELLS) + 0.5) * CELL_M
+        east = column * TILE_M + (np.arange(TILE_CELLS) + 0.5) * CELL_M
+        hidden = ((north > -12.8) & (north < -3.2))[:, None] & (np.abs(east) < 29.8)
+        assert not mask[hidden].any(), (row, column)
+        seen += int(np.count_nonzero(mask))
+    assert seen > 10_000
+    cells = SurveyMap.of(GlobalPose(52.0, 5.0, 0.0), rig.mapper.get_occupancy_map()).cells()
+    ((column, row),) = np.floor(cells.to_pixels(np.array([(-8.0, -10.0)]))).astype(int)
+    assert cells.values[row, column] == Cell.NON_LOT, "no flight waits for it"

@@ -666,7 +666,7 @@ export interface PlanZone {
   id: string;
   name: string;
   outline: [number, number][];
-  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls";
+  kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi" | "no_stalls" | "private_ground";
 }
 
 /** A place where a survey may lie on its lot: a shift, metres, a turn, radians clockwise, and how well it fits. */
@@ -1113,6 +1113,7 @@ export interface Zone {
   name: string;
   kind: "" | "disabled" | "charging" | "parent" | "delivery" | "private" | "motorcycle" | "staff" | "bus" | "hgv" | "taxi";
   has_stalls: boolean;
+  is_private: boolean;
   outline: [number, number][];
   ground: [number, number][];
 }

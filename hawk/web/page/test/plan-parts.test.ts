@@ -241,6 +241,20 @@ describe("the parts of the plan's editor", () => {
     assert.deepEqual(store.steps, [{ do: "forbid", outline: [[0, 0], [0, 9], [9, 9]], name: "Island" }]);
   });
 
+  it("draw private ground as such an area, and say so of it", async () => {
+    await open();
+    model.plan.drawing.use("area");
+    for (const place of [[0, 0], [0, 9], [9, 9]] as const) model.plan.drawing.add(place);
+    await stage.drawn();
+    stage.input("[name=private]").checked = true;
+    await submit("area");
+    assert.deepEqual(store.steps, [{ do: "forbid", outline: [[0, 0], [0, 9], [9, 9]], name: "", private: true }]);
+    model.plan.plan.zones = [{ id: "z", name: "Garden", outline: [[0, 0], [0, 9], [9, 9]], kind: "private_ground" }];
+    model.plan.drawAgain();
+    await stage.drawn();
+    assert.match(stage.text, /Garden · private ground/);
+  });
+
   it("draw a zone by its corners, a name and a kind, and erase it", async () => {
     await open();
     model.plan.drawing.use("zone");

@@ -14,6 +14,7 @@ from hawk.model.poses import GlobalPose
 from tests.unit.comm.waiting import until
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, DATUM, survey
+from tests.unit.lots.test_flown_sections import make_lot
 
 LOOK_S = 0.01
 
@@ -150,3 +151,20 @@ async def test_it_looks_at_once_when_it_is_woken(tmp_path: Path) -> None:
     with contextlib.suppress(asyncio.CancelledError):
         await running
     await drone.store.close()
+
+
+async def test_private_ground_is_known_of_a_lot_without_stalls_too_and_at_once_when_it_is_drawn(drone: Drone) -> None:
+    """It steers nothing: it is no offer."""
+    lot = await drone.store.write(make_lot)
+    drone.datum = DATUM
+    await drone.follower.look()
+    assert (drone.follower.lots, drone.follower.current, drone.follower.private) == ((lot,), (), ())
+    opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": "Ann"}, BEGAN))
+    asked = {"do": "forbid", "outline": [[-9, 2], [-9, 9], [-2, 9]], "private": True}
+    await drone.store.write(lambda c: edits.do(c, lot, {"edit": opened.edit, "operation": asked}, BEGAN))
+    await drone.follower.look()
+    (ring,) = drone.follower.private
+    assert min(north for north, _ in ring) == pytest.approx(-14.0, abs=3.0)
+    drone.datum = GlobalPose(DATUM.latitude + 0.1, DATUM.longitude, 0.0)
+    await drone.follower.look()
+    assert (drone.follower.lots, drone.follower.private) == ((), ())

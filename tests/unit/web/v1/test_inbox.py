@@ -13,7 +13,7 @@ import aiohttp
 import pytest
 
 from hawk.comm.protocol.authority import Role
-from hawk.store.inbox import InboxFolder, InboxQuota, Incoming
+from hawk.store.inbox import FileWriter, InboxFolder, InboxQuota
 from hawk.web.access.tokens import TOKEN_FILE, rotate_drone
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
@@ -136,10 +136,10 @@ async def test_a_connection_that_is_cut_leaves_nothing(desk: Desk) -> None:
 async def test_a_disk_that_fills_while_a_file_comes_is_a_problem_in_words(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(_: Incoming, __: bytes) -> None:
+    def full(_: FileWriter, __: bytes) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(Incoming, "write", full)
+    monkeypatch.setattr(FileWriter, "write", full)
     status, problem = await desk.put("a.jpg")
     assert status == 507
     assert "The disk of the inbox is full" in problem["detail"]

@@ -137,7 +137,7 @@ export class PlanOnMap {
       layer.remove([...redrawn].filter((id) => !plan.get(id)));
       layer.put([...redrawn].flatMap((id) => plan.get(id) ?? []).map((stall) => this.onMap(stall)));
     }
-    const areas = [...plan.zones, ...plan.named].map(({ outline, name, kind }) => ({ ring: outline.map((corner) => this.toMap(corner)), name: kind === "no_stalls" ? null : name }));
+    const areas = [...plan.zones, ...plan.named].map(({ outline, name, kind }) => ({ ring: outline.map((corner) => this.toMap(corner)), name: kind === "no_stalls" || kind === "private_ground" ? null : name }));
     const sections = plan.sections.map((each) => this.sectionOnMap(each));
     layer.showAreas([...areas, ...sections], lot.found.map((each) => shiftedShape(this.frame.toMap, each)));
     this.sketched = "";

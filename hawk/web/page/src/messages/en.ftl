@@ -814,6 +814,9 @@ plan-add-row-of =
     }
 plan-back = Take back a place
 plan-area-name = Name of the area, if any
+plan-area-private = Private ground, as a garden: pictures leave it out, nothing is counted there
+# Behind the name of such an area
+plan-private = private ground
 plan-area-add = Add the area
 plan-areas = Areas without stalls
 plan-area-nameless = Area { $number }

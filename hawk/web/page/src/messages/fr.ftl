@@ -799,6 +799,8 @@ plan-add-row-of =
     }
 plan-back = Retirer un point
 plan-area-name = Nom de la zone, s'il y en a un
+plan-area-private = Terrain privé, comme un jardin : les images l’omettent, rien n’y est compté
+plan-private = terrain privé
 plan-area-add = Ajouter la zone
 plan-areas = Zones sans places
 plan-area-nameless = Zone { $number }

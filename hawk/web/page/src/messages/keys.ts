@@ -490,6 +490,8 @@ export interface Messages {
   "plan-add-row-of": { stalls: number };
   "plan-back": Record<string, never>;
   "plan-area-name": Record<string, never>;
+  "plan-area-private": Record<string, never>;
+  "plan-private": Record<string, never>;
   "plan-area-add": Record<string, never>;
   "plan-areas": Record<string, never>;
   "plan-area-nameless": { number: string | number };

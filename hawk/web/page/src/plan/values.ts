@@ -50,7 +50,7 @@ export type Operation =
   | { do: "split"; stall: string; parts: number }
   | { do: "add_stall"; north: number; east: number; angle: number; width: number; length: number; kind: Kind }
   | { do: "add_row"; front: readonly [Spot, Spot]; far: Spot; count: number; lean?: number; parallel?: boolean; double?: boolean; kind: Kind }
-  | { do: "forbid"; outline: readonly Spot[]; name: string }
+  | { do: "forbid"; outline: readonly Spot[]; name: string; private?: boolean }
   | { do: "draw_zone"; outline: readonly Spot[]; name: string; kind: Kind }
   | { do: "allow" | "erase_zone"; zone: string }
   | ({ do: "draw_section" } & SaidOfSection & ({ line: readonly Spot[]; side: Side; width: number } | { outline: readonly Spot[] }))

@@ -137,13 +137,13 @@ export class PlanDrawing {
     return this.tool === "row" && this.places.length === 3 && this.rowStalls.length > 0;
   }
 
-  /** Adds the row, or the ring with a name, to the plan. A zone whose name another one has keeps its corners: it is refused. */
-  finish(name = ""): void {
+  /** Adds the row, or the ring with a name, to the plan; pictures leave private ground out. A zone whose name another one has keeps its corners: it is refused. */
+  finish(name = "", isPrivate = false): void {
     const { row } = this;
     const isTaken = this.tool === "zone" && this.editing.plan.named.some((zone) => zone.name === name);
     if (!this.isWhole) return;
     if (this.tool === "zone") this.editing.do({ do: "draw_zone", outline: this.places, name, kind: this.kind });
-    else if (this.tool === "area") this.editing.do({ do: "forbid", outline: this.places, name });
+    else if (this.tool === "area") this.editing.do({ do: "forbid", outline: this.places, name, ...(isPrivate ? { private: true } : {}) });
     else if (row) {
       const { front, far, count, lean } = row;
       const how = { ...(lean === 0 ? {} : { lean }), ...(this.style === "parallel" ? { parallel: true } : {}), ...(this.double ? { double: true } : {}) };

@@ -1,5 +1,6 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement } from "lit/decorators.js";
+import type { PlanZone } from "../api.ts";
 import { type Kind, KINDS } from "../plan/values.ts";
 import { LatePart, READING } from "../shell/late-part.ts";
 import { waitingFor } from "../shell/views.ts";
@@ -59,7 +60,7 @@ export class PlanDrawn extends Part {
     const isZone = drawing.tool === "zone";
     return html`<form class="drawn" @submit=${this.addRing}>
         <label class="wide"><span class="sub">${say(isZone ? "plan-zone-name" : "plan-area-name")}</span><input name="area" type="text" maxlength="80" autocomplete="off" ?required=${isZone} /></label>
-        ${isZone ? kinds(drawing) : nothing}
+        ${isZone ? kinds(drawing) : html`<label class="toggle wide"><input type="checkbox" name="private" /> ${say("plan-area-private")}</label>`}
         <div class="does">
           <button type="submit" class="primary" ?disabled=${!drawing.isWhole}>${say(isZone ? "plan-zone-add" : "plan-area-add")}</button>
           <button type="button" ?disabled=${drawing.places.length === 0} @click=${() => drawing.back()}>${say("plan-back")}</button>
@@ -77,7 +78,7 @@ export class PlanDrawn extends Part {
     return html`<section aria-label=${title}>
       <b>${title}</b>
       <ul>
-        ${rows.map(({ id, name, kind }) => html`<li><span>${name}${kind === "" || kind === "no_stalls" ? nothing : html` · ${kindWords(kind)}`}</span><button aria-label=${say(isZone ? "plan-zone-erase-of" : "plan-allow-in", { name })} @click=${() => editing.do({ do: isZone ? "erase_zone" : "allow", zone: id })}>${say(isZone ? "plan-remove" : "plan-allow")}</button></li>`)}
+        ${rows.map(({ id, name, kind }) => html`<li><span>${name}${ringKind(kind)}</span><button aria-label=${say(isZone ? "plan-zone-erase-of" : "plan-allow-in", { name })} @click=${() => editing.do({ do: isZone ? "erase_zone" : "allow", zone: id })}>${say(isZone ? "plan-remove" : "plan-allow")}</button></li>`)}
       </ul>
     </section>`;
   }
@@ -85,9 +86,16 @@ export class PlanDrawn extends Part {
   private readonly addRing = (event: Event): void => {
     event.preventDefault();
     const form = event.currentTarget as HTMLFormElement;
-    this.model.plan.drawing.finish((form.elements.namedItem("area") as HTMLInputElement).value);
+    const field = (name: string): HTMLInputElement | null => form.elements.namedItem(name) as HTMLInputElement | null;
+    this.model.plan.drawing.finish(field("area")?.value, field("private")?.checked);
     if (this.model.plan.drawing.places.length === 0) form.reset();
   };
+}
+
+/** Behind the name of a ring: for whom its stalls are, or that nobody may look at it. */
+function ringKind(kind: PlanZone["kind"]): string {
+  if (kind === "private_ground") return ` · ${say("plan-private")}`;
+  return kind === "" || kind === "no_stalls" ? "" : ` · ${kindWords(kind)}`;
 }
 
 /** The kind of the stalls that are drawn, or of a zone. */

@@ -1,0 +1,97 @@
+"""Areas of a file that nobody may look at: no part that is read of a picture shows them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import shapely
+
+from hawk.cli import main
+from hawk.picture.city.run import map_orthophoto
+from hawk.picture.orthophoto.outline import read_private
+from hawk.picture.orthophoto.source import open_orthophoto
+from hawk.picture.orthophoto.steps import start
+from hawk.picture.orthophoto.windows import Window, task_name
+from hawk.picture.values import PictureError
+from tests.unit.picture.orthophoto.drawn import detector, lot_file
+
+
+@pytest.fixture(scope="module")
+def picture(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return lot_file(tmp_path_factory.mktemp("private"))
+
+
+def file_of(folder: Path, picture: Path, *boxes: tuple[float, float, float, float], **facts: str) -> Path:
+    """Return a GeoJSON file with boxes (left, top, right, bottom) of a picture's pixels."""
+    grid = open_orthophoto(picture).grid
+    features: list[dict[str, Any]] = []
+    for left, top, right, bottom in boxes:
+        ring = grid.on_earth(np.array([(left, top), (right, top), (right, bottom), (left, bottom)], np.float64))
+        shape = json.loads(shapely.to_geojson(shapely.Polygon(ring[:, ::-1])))
+        features.append({"type": "Feature", "geometry": shape, "properties": facts})
+    path = folder / "gardens.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
+    return path
+
+
+def plan(picture: Path, private: Path | None) -> Any:
+    return start(picture, outline=None, crs=None, load=detector, private=private)
+
+
+@pytest.mark.slow
+def test_a_part_that_is_read_lacks_the_areas_at_any_scale(picture: Path, tmp_path: Path) -> None:
+    source = plan(picture, file_of(tmp_path, picture, (100, 50, 300, 250), (400, 400, 420, 420))).source
+    for step in (1, 4):
+        part, whole = source.read((60, 10, 460, 450), step), replace(source, private=()).read((60, 10, 460, 450), step)
+        rows, columns = np.mgrid[: part.valid.shape[0], : part.valid.shape[1]]
+        x, y = 60 + (columns + 0.5) * step, 10 + (rows + 0.5) * step
+        inside = (x > 105) & (x < 295) & (y > 55) & (y < 245) | (x > 405) & (x < 415) & (y > 405) & (y < 415)
+        beside = (x < 95) | (x > 305) & (x < 395) | (y > 255) & (y < 395)
+        assert not part.valid[inside].any()
+        assert not part.image[inside].any()
+        assert (part.image[beside] == whole.image[beside]).all()
+        assert (part.valid[beside] == whole.valid[beside]).all()
+
+
+@pytest.mark.slow
+def test_only_the_windows_at_an_area_are_looked_at_again(picture: Path, tmp_path: Path) -> None:
+    private = plan(picture, file_of(tmp_path, picture, (100, 50, 300, 250))).source
+    plain = replace(private, private=())
+    for box, is_same in (((0, 0, 200, 200), False), ((400, 300, 600, 500), True)):
+        window = Window(box, box)
+        assert (task_name(private, window, "m") == task_name(plain, window, "m")) is is_same
+
+
+@pytest.mark.slow
+def test_stalls_there_are_not_counted_and_the_ground_is_not_seen(picture: Path, tmp_path: Path) -> None:
+    whole = map_orthophoto(picture)
+    half = open_orthophoto(picture).grid.columns / 2
+    out, private = tmp_path / "out", file_of(tmp_path, picture, (-50, -50, half, 5000))
+    assert main(["map", str(picture), "--private", str(private), "--out", str(out)]) == 0
+    report = json.loads((out / "report.json").read_text())
+    assert 0 < report["stalls"] < len(whole.survey.stalls)
+    assert report["area_seen_m2"] < 0.6 * whole.area_m2
+
+
+@pytest.mark.parametrize(("facts", "words"), [({"amenity": "parking"}, "holds parking lots"), ({}, "holds no area")])
+def test_a_file_of_lots_or_without_an_area_is_refused(
+    picture: Path, tmp_path: Path, facts: dict[str, str], words: str
+) -> None:
+    path = file_of(tmp_path, picture, *([(0, 0, 9, 9)] if facts else []), **facts)
+    with pytest.raises(PictureError, match=words):
+        read_private(path)
+    with pytest.raises(PictureError, match="--private: "):
+        plan(picture, path)
+
+
+def test_photographs_have_no_use_for_it(tmp_path: Path, picture: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    photos = tmp_path / "photos"
+    photos.mkdir()
+    path = file_of(tmp_path, picture, (0, 0, 9, 9))
+    assert main(["map", str(photos), "--private", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert "--private: has no use for a folder of photographs" in capsys.readouterr().err
