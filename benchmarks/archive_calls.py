@@ -116,7 +116,8 @@ def _write(
 def api_calls(connection: Connection, lot: str) -> Iterator[tuple[str, Callable[[Connection], object]]]:
     """Yield every reading of the API by its name, with the most items, encoded and packed as an answer is."""
     stall = connection.execute(select(STALL.c.id).where(STALL.c.lot == lot)).scalar()
-    seqs, surveys = zip(*connection.execute(select(SURVEY.c.seq, SURVEY.c.id)).all(), strict=True)
+    rows = connection.execute(select(SURVEY.c.seq, SURVEY.c.id).where(SURVEY.c.lot == lot).order_by(SURVEY.c.seq))
+    seqs, surveys = zip(*rows.all(), strict=True)
     middle = len(surveys) // 2
     most, there = {"limit": MOST_ITEMS}, f"{seqs[middle]}.{MOST_ITEMS}"
     asked: list[tuple[str, Read, dict[str, str], Query]] = [
@@ -178,28 +179,34 @@ def _moment(day: int | None) -> float | None:
 
 
 def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, repeats: int = REPEATS) -> Calls:
-    """Fill a store and time every call of a process that has begun, a transaction each.
-
-    The store changes before each round, as by a flight that has landed: nothing that was kept of an earlier round is
-    of use. Within a round, a call finds what the one before has left, as in the daemon.
-    """
+    """Fill a store and time every call, as `timed_calls` does."""
     store = Database(path, {"synchronous": 0})
     try:
         lot = fill(store, first, surveys)
-        times: dict[str, list[float]] = {}
-        with store.reading() as connection:
-            every = [*calls(lot), *api_calls(connection, lot)]
-        for repeat in range(repeats + 1):
-            with store.writing() as connection:
-                connection.execute(update(LOT).where(LOT.c.id == lot).values(name=f"Lot {repeat}"))
-            for name, call in every:
-                began = time.perf_counter()
-                with store.reading() as connection:
-                    call(connection)
-                if repeat:  # the first ones load libraries
-                    times.setdefault(name, []).append((time.perf_counter() - began) * 1e3)
+        times = timed_calls(store, lot, repeats)
         with store.reading() as connection:
             files = measure_files(connection, lot, path)
         return Calls(times, files)
     finally:
         store.close()
+
+
+def timed_calls(store: Database, lot: str, repeats: int = REPEATS) -> dict[str, list[float]]:
+    """Return the milliseconds of every call of a process that has begun, a transaction each, by its name.
+
+    The store changes before each round, as by a flight that has landed: nothing that was kept of an earlier round is
+    of use. Within a round, a call finds what the one before has left, as in the daemon.
+    """
+    times: dict[str, list[float]] = {}
+    with store.reading() as connection:
+        every = [*calls(lot), *api_calls(connection, lot)]
+    for repeat in range(repeats + 1):
+        with store.writing() as connection:
+            connection.execute(update(LOT).where(LOT.c.id == lot).values(name=f"Lot {repeat}"))
+        for name, call in every:
+            began = time.perf_counter()
+            with store.reading() as connection:
+                call(connection)
+            if repeat:  # the first ones load libraries
+                times.setdefault(name, []).append((time.perf_counter() - began) * 1e3)
+    return times

@@ -1,10 +1,11 @@
 """Reads of a store with many lots: seconds until it is open, of the list of all lots, of all on a map, and of one lot.
 
-``python -m benchmarks.many_lots [--lots N] [--surveys N] [--json FILE]``
+``python -m benchmarks.many_lots [--lots N] [--surveys N] [--stalls N] [--json FILE]``
 
 A small lot with its surveys goes through the daemon's store and registration; the others are copies of its rows with
 their own ids and places, and digests, in the same file. Each figure stands beside that of the same rows with
-``--reference`` lots, in the same run. The store is opened as desk and daemon open it.
+``--reference`` lots, in the same run. The store is opened as desk and daemon open it. With over a hundred surveys of
+each lot the calls of `benchmarks.archive` are timed, too, but for those over all lots.
 """
 
 from __future__ import annotations
@@ -23,8 +24,9 @@ from pathlib import Path
 from typing import Final, cast
 
 import numpy as np
-from sqlalchemy import Connection
+from sqlalchemy import Connection, func, select
 
+from benchmarks import archive_calls
 from benchmarks.archive import BIAS, drawn_lot, flight
 from benchmarks.figures import Figure, Limit, Reference, Section, print_and_write
 from benchmarks.options import make_parser
@@ -33,7 +35,7 @@ from hawk.exports import features
 from hawk.lots import lists
 from hawk.lots.ingest import save
 from hawk.lots.registration.frames import Move
-from hawk.lots.schema import METADATA
+from hawk.lots.schema import METADATA, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.store import LotStore
 
@@ -44,7 +46,7 @@ _SEQUENCES: Final = {"survey": "seq", "stall": "key"}
 _COPIED: Final = ("lot", "layout", "survey", "stall", "observation", "looks", "plan")
 _OF_SURVEY: Final = (("survey", "seq"), ("observation", "survey"), ("looks", "survey"), ("stall", "first_survey"))
 _OF_STALL: Final = (("stall", "key"), ("observation", "stall"))
-_LIMITS: Final = {"open_s": 3.0, "map_s": 1.0, "list_part_s": 0.15, "lot_s": 0.15}
+_LIMITS: Final = {"open_s": 3.0, "map_s": 1.0, "list_part_s": 0.15, "lot_s": 0.15, "page_p99_s": 0.15}
 _WORDS: Final = {
     "open_s": "the store is open",
     "first_s": "first lot, with the time zones of all",
@@ -52,7 +54,13 @@ _WORDS: Final = {
     "list_part_s": "its slowest part of 100",
     "map_s": "all lots on a map",
     "lot_s": "one lot",
+    "page_p99_s": "99 of 100 calls about one lot",
+    "page_s": "its slowest call, in the middle",
 }
+_OF_ALL: Final = ("api: lots", "api: surveys", "api: features")
+FLOWN_OFTEN: Final = 102
+"""Surveys of a lot from which on its calls are timed; they are written into the tables."""
+_ROUNDS: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +71,14 @@ class Times:
     seconds: dict[str, float]
 
 
-def fill(path: Path, lots: int, surveys: int) -> None:
-    """Make a store of many lots with N surveys each."""
+def fill(path: Path, lots: int, surveys: int, size: int = STALLS) -> None:
+    """Make a store of many lots of ``size`` stalls with N surveys each."""
     rng = np.random.default_rng(1)
-    stalls = drawn_lot(STALLS, rng)
+    stalls = drawn_lot(size, rng)
     with closing(Database(path, _FAST)) as store:
-        for number in range(surveys):
+        if surveys >= FLOWN_OFTEN:
+            archive_calls.fill(store, flight(1, stalls, Move(), rng), surveys - 1)
+        for number in range(surveys if surveys < FLOWN_OFTEN else 0):
             with store.writing() as connection:
                 save(connection, flight(number + 1, stalls, BIAS if number else Move(), rng), find_stalls)
         with store.writing() as connection:
@@ -131,6 +141,15 @@ def measure(path: Path, lots: int) -> Times:
         at = timed("map_s", at)
         lists.lot(connection, part.items[-1].id)
         timed("lot_s", at)
+        first = connection.execute(select(SURVEY.c.lot).where(SURVEY.c.seq == 1)).one()
+        surveys = connection.execute(select(func.count()).where(SURVEY.c.lot == first.lot)).scalar_one()
+    if surveys >= FLOWN_OFTEN:
+        with closing(Database(path, _FAST)) as store:
+            times = archive_calls.timed_calls(store, first.lot, _ROUNDS)
+        times = {name: some for name, some in times.items() if not name.startswith(_OF_ALL)}
+        every = np.array([each for some in times.values() for each in some]) / 1e3
+        found["page_p99_s"] = float(np.percentile(every, 99))
+        found["page_s"] = max(float(np.median(some)) for some in times.values()) / 1e3
     return Times(lots, found)
 
 
@@ -143,6 +162,7 @@ def figures(times: Times, reference: Times) -> Section:
             Limit(highest=_LIMITS[key]) if key in _LIMITS else None,
         )
         for key, words in _WORDS.items()
+        if key in times.seconds
     ]  # fmt: skip
     return Section(f"{times.lots} lots", tuple(each))
 
@@ -152,13 +172,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser: argparse.ArgumentParser = make_parser("benchmarks.many_lots", __doc__)
     parser.add_argument("--lots", type=int, default=10_000, help="lots of the store (default 10000)")
     parser.add_argument("--surveys", type=int, default=1, help="surveys of each (default 1)")
+    parser.add_argument("--stalls", type=int, default=STALLS, help=f"stalls of each (default {STALLS})")
     parser.add_argument("--reference", type=int, default=REFERENCE, help=f"lots to compare with (default {REFERENCE})")
     options = parser.parse_args(arguments)
     found = []
     with tempfile.TemporaryDirectory(prefix="hawk-many-lots-") as folder:
         for lots in (options.reference, options.lots):
             path = Path(folder) / f"{lots}.db"
-            fill(path, lots, options.surveys)
+            fill(path, lots, options.surveys, options.stalls)
             found.append(measure(path, lots))
     return print_and_write([figures(found[1], found[0])], options.json)
 

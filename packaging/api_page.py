@@ -23,7 +23,6 @@ _SCHEMAS: Final = "#/components/schemas/"
 _HEADER: Final = """# The API
 
 Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: change those and run this again.
-`make api-fuzz` tries every address by this definition for ten minutes.
 
 Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
 A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. This page has the addresses and all that a JSON

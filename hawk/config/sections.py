@@ -268,6 +268,15 @@ class CollectSettings(Section):
         return self
 
 
+class InboxSettings(Section):
+    """A folder of ``hawk-drone map --watch`` that programs fill by the API of a desk, and its limits."""
+
+    folder: FilePath | None = None
+    largest_gb: float = Field(default=4.0, ge=0.001, le=1000)
+    most_gb: float = Field(default=100.0, ge=0.001, le=100_000)
+    most_files: int = Field(default=100_000, ge=1, le=10_000_000)
+
+
 DAYS: Final = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
 
 
@@ -325,6 +334,7 @@ class Config(Section):
     store: StoreSettings = StoreSettings()
     webhooks: WebhooksSettings = WebhooksSettings()
     collect: CollectSettings = CollectSettings()
+    inbox: InboxSettings = InboxSettings()
     schedule: tuple[ScheduledSurvey, ...] = ()
     watchdog: WatchdogSettings = WatchdogSettings()
     log: LogSettings = LogSettings()

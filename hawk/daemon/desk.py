@@ -27,7 +27,7 @@ from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, DroneStatus, SiteStatus, StatusStamp
 from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
-from hawk.config.sections import Config, ConfigError
+from hawk.config.sections import Config, ConfigError, InboxSettings
 from hawk.daemon.announcement import PageShown, announcement, serve
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.daemon.lots.schedule import moments_due
@@ -45,6 +45,7 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag
 from hawk.runtime.program_log import ProgramLog
+from hawk.store.inbox import InboxFolder, InboxQuota
 from hawk.store.recordings import OneRecording, Recordings
 from hawk.store.replay import read_metadata
 from hawk.store.store_lock import StoreInUseError, held_store
@@ -88,6 +89,23 @@ def ground_under(connection: Connection, pictures: PictureFolder, lot: str | Non
         datum = float(newest["latitude"]), float(newest["longitude"])
         return Under(datum, OccupancyMap(mosaic=tiles, version=1, map_id=str(newest["id"])))
     return None
+
+
+def inbox_folder(settings: InboxSettings) -> InboxFolder | None:
+    """Return the folder that programs fill, without half files of a former run; None where the settings name none.
+
+    Raises ConfigError for a folder that is not there or cannot be read.
+    """
+    if settings.folder is None:
+        return None
+    quota = InboxQuota(int(settings.largest_gb * 1e9), int(settings.most_gb * 1e9), settings.most_files)
+    folder = InboxFolder(settings.folder, quota)
+    try:
+        folder.clear()
+    except OSError as error:
+        words = f"inbox.folder: {settings.folder}: {error.strerror or error}; name the folder of hawk-drone map --watch"
+        raise ConfigError(words) from error
+    return folder
 
 
 def refuse(_: ClientId, command: Command) -> Outgoing:
@@ -177,6 +195,7 @@ async def _serve_page(
             settings=settings(config, reference_text()),
             lots=store,
             collects=collects,
+            inbox=inbox_folder(config.inbox) if store is not None else None,
             due=partial(moments_due, config.schedule),
             recordings=recordings,
             cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),

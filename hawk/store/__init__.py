@@ -1,1 +1,1 @@
-"""Flight journal and recording on disk."""
+"""Flight journal, recording, and the folder of an inbox, on disk."""

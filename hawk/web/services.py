@@ -27,6 +27,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.model.sentences import say
 from hawk.runtime.performance import LagSummary
+from hawk.store.inbox import InboxFolder
 from hawk.store.recording import NoRecordingError
 from hawk.store.recordings import Recordings
 from hawk.web.access.tls import Tls
@@ -113,6 +114,8 @@ class WebServices:
     """No drone is here: the page shows lots and plans alone."""
     collects: bool = False
     """Documents of surveys are taken from drones."""
+    inbox: InboxFolder | None = None
+    """Folder that programs fill with pictures; None: none are taken here."""
     due: Callable[[str, str, float | None, float, int], list[datetime]] = lambda *_: []
     """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
     for how many days.

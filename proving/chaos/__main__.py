@@ -54,7 +54,7 @@ LONGEST_S: Final = 900.0
 """Seconds after the last fault in which the desk is to have all."""
 TICK_MS: Final = 20.0
 KBIT_S: Final = 500
-"""What a drone may send in flight."""
+"""Kilobits a second that a drone may send in flight."""
 WALL_CLOCK: Final = Path(__file__).parents[1] / "faults" / "wall_clock"
 HOUR_S: Final = 3600.0
 _SETTINGS: Final = """
@@ -235,8 +235,8 @@ class Chaos:
     async def _fail(self) -> None:
         faults: dict[str, Fault] = {
             "senders killed": self._kill_senders, "desk killed": self._kill_desk, "clock": self._shift_clock,
-            "one way": lambda: self._let_link(LinkState.ONE_WAY), "bad link": lambda: self._let_link(LinkState.BAD),
-            "token revoked": self._revoke,
+            "no answers": lambda: self._let_link(LinkState.NO_ANSWERS),
+            "bad link": lambda: self._let_link(LinkState.BAD), "token revoked": self._revoke,
         }  # fmt: skip
         if "disk" not in self.left_out:
             faults["disk full"] = self._fill

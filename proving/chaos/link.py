@@ -22,7 +22,7 @@ class LinkState(StrEnum):
     """State of a link."""
 
     GOOD = "good"
-    ONE_WAY = "one way"
+    NO_ANSWERS = "no answers"
     """The desk hears the drones, and no answer comes back."""
     BAD = "bad"
 
@@ -78,7 +78,7 @@ class Link:
                 await asyncio.sleep(LATE_S)
                 if life is not None and chunks >= life:
                     raise ConnectionResetError
-            if not (is_answer and self.state is LinkState.ONE_WAY):
+            if not (is_answer and self.state is LinkState.NO_ANSWERS):
                 writer.write(data)
                 await writer.drain()
             chunks += 1

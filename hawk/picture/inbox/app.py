@@ -21,25 +21,14 @@ from typing import Final, Protocol
 
 from hawk.picture.inbox import report
 from hawk.picture.inbox.flights import FlightReader, Part, continues, plain_name
-from hawk.picture.inbox.folder import (
-    DONE,
-    FAILED,
-    MAPPING,
-    PLACES,
-    REPORT,
-    SURVEY,
-    Drop,
-    Folder,
-    is_returned,
-)
+from hawk.picture.inbox.folder import REPORT, SURVEY, Drop, Folder, is_returned
 from hawk.picture.inbox.journal import AGAIN, PICTURES, Flight, Journal, Move, State
 from hawk.picture.inbox.map_process import MapResult
 from hawk.picture.values import PictureError
 from hawk.picture.work_folder import WINDOWS, WORK
 from hawk.runtime.files import replace_whole, sync_folder
+from hawk.store.inbox import DONE, FAILED, LEAST_FREE, MAPPING, PLACES
 
-LEAST_FREE: Final = 500_000_000
-"""Bytes below which nothing is mapped: the results of one flight's steps take some hundred megabytes."""
 MOST_TRIES: Final = 3
 """Mappings of one flight that may end by a signal."""
 _OF_STORE: Final = ("--store:", "--model", "--out:")

@@ -16,11 +16,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final
 
-MAPPING: Final = "mapping"
-DONE: Final = "done"
-FAILED: Final = "failed"
-"""Folders for flights that are mapped now, that were, and that could not be."""
-PLACES: Final = (MAPPING, DONE, FAILED)
+from hawk.store.inbox import PLACES, is_temporary
+
 SURVEY: Final = "survey"
 REPORT: Final = "report.txt"
 """Names in the folder of a flight: of the folder for the survey's files, and of the report in words."""
@@ -32,11 +29,6 @@ SETTLE_S: Final = 120.0
 """Seconds without a change, by default: phones and docks pause between two pictures, and try again after a minute."""
 ABANDONED_S: Final = 3600.0
 """Seconds without any change after which the others of a drop no longer wait for an unfinished file."""
-_TEMPORARY: Final = re.compile(
-    r"\.(part|partial|filepart|tmp|temp|crdownload|download|incomplete|upload|uploading|swp|lock)$|~$|^~\$",
-    re.IGNORECASE,
-)
-"""Names under which rclone, browsers, SFTP and WebDAV clients write a file before it is whole."""
 _HIDDEN_COPY: Final = re.compile(r"^\.(?!_).*\.(jpe?g|tiff?|jp2|png|mp4|mov|mcap|srt|bin|tlog)(\.|$)", re.IGNORECASE)
 """Names under which rsync writes a picture; a name that begins with ``._`` is macOS's own."""
 
@@ -108,9 +100,7 @@ class Folder:
             else:
                 growth.looks += 1
             if growth.has_settled(now, self._settle_s, self.path):
-                settled.append(
-                    (growth.since, Drop(name, tuple(file for file in files if not _is_temporary(file.path))))
-                )
+                settled.append((growth.since, Drop(name, tuple(file for file in files if not is_temporary(file.path)))))
         for name in self._growing.keys() - found.keys():
             del self._growing[name]
         return [drop for _, drop in sorted(settled, key=lambda one: (one[0], one[1].name)) if drop.files]
@@ -131,7 +121,7 @@ class Folder:
             elif facts := _facts(entry, self.path):
                 found.setdefault(LOOSE, []).append(facts)
         return {
-            name: (tuple(sorted(files)), not any(_is_temporary(file.path) for file in files))
+            name: (tuple(sorted(files)), not any(is_temporary(file.path) for file in files))
             for name, files in found.items()
             if files
         }
@@ -197,8 +187,3 @@ def _is_cut(path: Path) -> bool:
             return _END not in file.read(_TAIL_BYTES)
     except OSError:  # mapping it says why it cannot be read
         return False
-
-
-def _is_temporary(path: str) -> bool:
-    name = os.path.basename(path)
-    return name.startswith(".") or _TEMPORARY.search(name) is not None

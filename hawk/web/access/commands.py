@@ -97,7 +97,7 @@ def _rotate_drone(options: argparse.Namespace, config: Config) -> int:
         raise ConfigError(f"tokens: {path} has no operator's token; {remedy}")
     print(rotate_drone(path, options.name))
     _say(f"This is the token of {options.name}. It is shown once; {path} holds its hash only.")
-    _say("It sends surveys of this drone to hawk-drone desk --collect, and reads lots there: nothing else.")
+    _say("It sends surveys and pictures to hawk-drone desk, and reads lots there: nothing else.")
     return 0
 
 

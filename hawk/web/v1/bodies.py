@@ -190,6 +190,14 @@ class LotState(Shown):
     keeps_plan: bool
 
 
+class InboxFile(Shown):
+    """A file that lies in the inbox. `flight`: its folder there."""
+
+    name: str
+    flight: str | None
+    bytes: Count
+
+
 class DueList(Shown):
     """Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them."""
 

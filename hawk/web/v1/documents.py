@@ -5,10 +5,10 @@ A drone has a token of its own. It opens the addresses here, and none that comma
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import re
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -39,26 +39,29 @@ else:
 _LOG = logging.getLogger(__name__)
 GZIP: Final = "application/gzip"
 
-FOR_DRONES_ALONE: Final = "A drone's token sends surveys and lots of this drone and reads lots: nothing else."
+FOR_DRONES_ALONE: Final = (
+    "A drone's token sends surveys and lots of this drone, and pictures, and reads lots: nothing else."
+)
 FOR_DRONES: Final = (
-    "Documents of surveys are for drones: send the token of one. hawk-drone tokens rotate drone --name NAME makes it."
+    "This address is for drones and programs: send the token of one, "
+    "which hawk-drone tokens rotate drone --name NAME makes."
 )
 BY_HTTPS: Final = (
-    "Documents of surveys come by HTTPS from another computer: set web.tls_certificate and web.tls_key here."
+    "Drones and programs send by HTTPS from another computer: set web.tls_certificate and web.tls_key here."
 )
 NOT_HERE: Final = "No surveys are collected here: start hawk-drone desk --collect."
-ONE_AT_A_TIME: Final = "Another document is being sent: send this one after it."
+ONE_AT_A_TIME: Final = "Another document or file is being sent: send this one after it."
 READ_S: Final = 900.0
 """Real seconds in which a document must be there: 1 MB at 10 kbit a second."""
 MOST_SENT: Final = 8
-"""Documents that are received at once: 32 MB each at most."""
+"""Documents and files that are received at once; a document takes 32 MB of memory at most."""
 _READ: Final = re.compile(f"{ROOT}/lots(/.*)?")
-_WRITTEN: Final = re.compile(f"{ROOT}/(surveys|lots)/{PATTERNS['id']}/document")
+_WRITTEN: Final = re.compile(f"{ROOT}/((surveys|lots)/{PATTERNS['id']}/document|inbox/[^/]+)")
 
 
 @dataclass(slots=True)
 class _Senders:
-    """Names of the drones that send a document now."""
+    """Names of the drones that send a document or a file now."""
 
     names: set[str] = field(default_factory=set)
 
@@ -81,7 +84,7 @@ def is_for_drones(request: web.Request) -> bool:
 @answered
 async def put(request: web.Request) -> web.StreamResponse:
     """Take the document of a survey in; the same one again is answered the same."""
-    drone = _checked_drone(request)
+    drone = checked_drone(request)
     async with _sent_document(request, drone) as (store, data):
         found = await store.collect(data, request.match_info["id"], drone)
     _LOG.info("survey %s of %s is here, state %d", found.survey, drone, found.state)
@@ -91,7 +94,7 @@ async def put(request: web.Request) -> web.StreamResponse:
 @answered
 async def put_lot(request: web.Request) -> web.StreamResponse:
     """Take the document of a lot in; the same one again is answered the same."""
-    drone, lot = _checked_drone(request), request.match_info["id"]
+    drone, lot = checked_drone(request), request.match_info["id"]
     async with _sent_document(request, drone) as (store, data):
         found = await store.collect_lot(data, lot, drone)
     _LOG.info("lot %s of %s is here, state %d%s", lot, drone, found.state, ", another plan" * found.keeps_plan)
@@ -116,32 +119,39 @@ async def changed_lots(request: web.Request) -> web.StreamResponse:
     return web.Response(body=data, content_type=GZIP, headers={hdrs.CACHE_CONTROL: "no-store"})
 
 
-@asynccontextmanager
+@contextlib.asynccontextmanager
 async def _sent_document(request: web.Request, drone: str) -> AsyncIterator[tuple[LotStore, bytes]]:
     """Give the store and the bytes that a drone sends, one document at a time. Raises HTTPServiceUnavailable."""
     query_of(request, Query)
-    senders = request.app[_SENDERS].names
-    if drone in senders or len(senders) >= MOST_SENT:
-        raise web.HTTPServiceUnavailable(text=ONE_AT_A_TIME, headers={hdrs.RETRY_AFTER: "5"})
-    senders.add(drone)
-    try:
+    if not request.app[SERVICES].collects:
+        raise web.HTTPConflict(text=NOT_HERE)
+    async with sending(request, drone):
         words = f"The document is too large: {LARGEST_BYTES // 1_000_000} MB are read at most."
         data = await sent_file(request, LARGEST_BYTES, READ_S, words)
         store = await opened(request)
         async with in_time(UNSURE):
             yield store, data
+
+
+@contextlib.asynccontextmanager
+async def sending(request: web.Request, drone: str) -> AsyncIterator[None]:
+    """Let a drone send one document or file at a time. Raises HTTPServiceUnavailable."""
+    senders = request.app[_SENDERS].names
+    if drone in senders or len(senders) >= MOST_SENT:
+        raise web.HTTPServiceUnavailable(text=ONE_AT_A_TIME, headers={hdrs.RETRY_AFTER: "5"})
+    senders.add(drone)
+    try:
+        yield
     finally:
         senders.discard(drone)
 
 
-def _checked_drone(request: web.Request) -> str:
-    """Return the name of the drone that sends. Raises HTTPForbidden, HTTPConflict."""
+def checked_drone(request: web.Request) -> str:
+    """Return the name of the drone that sends. Raises HTTPForbidden."""
     access = access_of(request)
     if access is None or not access.drone:
         raise web.HTTPForbidden(text=FOR_DRONES)
     is_near = is_loopback_peer(request.remote) and forwarding_header(request) is None
     if not is_secure(request) and not is_near:
         raise web.HTTPForbidden(text=BY_HTTPS)
-    if not request.app[SERVICES].collects:
-        raise web.HTTPConflict(text=NOT_HERE)
     return access.drone

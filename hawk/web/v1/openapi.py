@@ -48,6 +48,7 @@ _FIELDS: Final = {
     "preview": "token of the preview",
     "kind": "kind of the file; `zip` holds the rasters",
     "feed": "name of the feed",
+    "file": "name of the file",
     "number": "number of the picture or map, from 0",
     "row": "row of the tile",
     "column": "column of the tile",

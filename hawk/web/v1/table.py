@@ -20,7 +20,19 @@ from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
-from hawk.web.v1 import bodies, documents, due, exports, films, links, parameters, plan_files, recordings, reports
+from hawk.web.v1 import (
+    bodies,
+    documents,
+    due,
+    exports,
+    films,
+    inbox,
+    links,
+    parameters,
+    plan_files,
+    recordings,
+    reports,
+)
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, keep_missing_looks, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
@@ -263,6 +275,9 @@ _FEEDS: Final = (
               bodies.LotState, body=LotDocument, body_type=documents.GZIP, for_drones=True),
     Operation("GET", "/lots/documents", "changed_lots", "Lots that changed, with their plans, as such a document", LOTS,
               documents.changed_lots, None, parameters.ChangedLots, content_types=(documents.GZIP,), has_tag=False),
+    Operation("PUT", "/inbox/{file}", "put_picture", "Send a picture or film of a flight into the inbox of a desk, "
+              "which maps it; 413 and 507 beyond its limits", SURVEYS, inbox.put, bodies.InboxFile, inbox.InboxPlace,
+              takes_file=True, for_drones=True),
     Operation("GET", "/surveys/{id}/files/{kind}", "survey_file", "A survey as a file; 409 where it cannot be drawn",
               FEEDS, exports.survey_file, None, content_types=_FILES),
 )  # fmt: skip

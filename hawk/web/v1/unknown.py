@@ -30,6 +30,7 @@ PATTERNS: Final = {
     "column": "-?[0-9]{1,6}",
     "kind": "|".join(map(re.escape, _FILES)),
     "feed": "|".join(FEEDS),
+    "file": "[^/]{1,200}",
 }
 """Patterns of the fields of paths."""
 _FIELD: Final = re.compile(r"\{(\w+)\}")
@@ -54,6 +55,7 @@ WORDS: Final[Mapping[str, str]] = {
     "/surveys/{id}/ground": f"there is no tile at this place; GET {ROOT}/surveys/{{id}}/ground lists the tiles",
     "/surveys/{id}/ground/{row}": f"there is no tile at this place; GET {ROOT}/surveys/{{id}}/ground lists the tiles",
     "/surveys/{id}/files": f"there is no file of this kind; there are {', '.join(_FILES)}",
+    "/inbox": "must be the name of a file, 200 characters at most, without a folder",
     "/features/collections": f"there is no collection with this name; GET {ROOT}/features/collections lists them",
     "/features/collections/{collection}/items": (
         f"there is no feature with this id; GET {ROOT}/features/collections/{{collection}}/items lists them"

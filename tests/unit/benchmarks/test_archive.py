@@ -25,7 +25,7 @@ SLOW = Calls({"lot": [10.0], "row": [101.0] * 9}, FileTimes(11.0, 4.0))
 def test_every_call_for_statistics_is_timed_over_an_archive(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     found = measure_calls(tmp_path / "lots.db", flight(1, drawn_lot(30, rng), Move(), rng), surveys=140, repeats=2)
-    assert len(found.times) == 18 + 28  # and every reading of the API
+    assert len(found.times) == 21 + 29  # and every reading of the API
     assert found.files.cog_s > 0
     assert found.files.gpkg_s > 0
     assert {len(times) for times in found.times.values()} == {2}

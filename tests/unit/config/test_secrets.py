@@ -75,6 +75,7 @@ VALUES: Final[dict[str, Any]] = {
     "collect.url": f"https://CANARYdesk:CANARYkeyword@{GONE}/CANARYdesk-path",
     "collect.token_file": "/canary/collect-token",
     "collect.certificate": "/canary/desk.pem",
+    "inbox.folder": "/canary/inbox",
     "schedule.lot": "canary-lot",
     "schedule.at": None,  # a time
     "schedule.time_zone": None,  # a name of the database

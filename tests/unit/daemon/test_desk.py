@@ -10,10 +10,12 @@ import pytest
 from hawk.cli import main
 from hawk.comm.protocol.commands import Ack, Arm
 from hawk.comm.protocol.heartbeat import ClientId
-from hawk.daemon.desk import Under, ground_under, refuse
+from hawk.config.sections import ConfigError, InboxSettings
+from hawk.daemon.desk import Under, ground_under, inbox_folder, refuse
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import NotFoundError
+from hawk.store.inbox import InboxQuota
 from hawk.store.store_lock import held_store
 from tests.unit.lots.repaints import Archive, flown
 from tests.unit.lots.survey.test_pictures import MOSAIC
@@ -77,6 +79,22 @@ def test_a_command_to_a_drone_is_refused_in_words() -> None:
     assert isinstance(answer, Ack)
     assert not answer.accepted
     assert "no drone here" in answer.reason
+
+
+def test_half_files_of_a_former_run_are_removed_from_the_inbox(tmp_path: Path) -> None:
+    (tmp_path / "monday").mkdir()
+    for name in ("one.jpg", "two.jpg.0123abcd.hawk.part"):
+        (tmp_path / "monday" / name).write_bytes(b"1")
+    folder = inbox_folder(InboxSettings(folder=tmp_path, largest_gb=0.5, most_gb=2.0, most_files=3))
+    assert folder is not None
+    assert folder.quota == InboxQuota(500_000_000, 2_000_000_000, 3)
+    assert [path.name for path in (tmp_path / "monday").iterdir()] == ["one.jpg"]
+    assert inbox_folder(InboxSettings()) is None
+
+
+def test_an_inbox_that_is_not_there_is_named_with_the_remedy(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=r"inbox\.folder: .*gone: No such file.*name the folder of hawk-drone map"):
+        inbox_folder(InboxSettings(folder=tmp_path / "gone"))
 
 
 def test_a_store_that_is_not_there_is_named_and_none_is_made(

@@ -25,6 +25,7 @@ from hawk.lots.store import LotStore
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.performance import LagSummary
+from hawk.store.inbox import InboxFolder
 from hawk.store.recording import NoRecordingError
 from hawk.store.recordings import Recordings
 from hawk.web.access.tls import Tls
@@ -85,6 +86,7 @@ class Rig:
     folder: Path | None = None
     lots: LotStore | None = None
     collects: bool = False
+    inbox: InboxFolder | None = None
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
@@ -123,6 +125,7 @@ class Rig:
             folder=self.folder,
             lots=self.lots,
             collects=self.collects,
+            inbox=self.inbox,
             tls=self.tls,
             wall=self.wall,
             settings=settings(Config(web=self.web), reference_text()),

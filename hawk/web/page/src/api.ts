@@ -364,6 +364,13 @@ export interface Hour {
   accumulation: Estimate;
 }
 
+/** A file that lies in the inbox. `flight`: its folder there. */
+export interface InboxFile {
+  name: string;
+  flight: string | null;
+  bytes: number;
+}
+
 /** A recording with its mark. */
 export interface Kept {
   name: string;

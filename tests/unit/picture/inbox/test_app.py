@@ -10,9 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from hawk.picture.inbox.app import LEAST_FREE, MOST_TRIES
+from hawk.picture.inbox.app import MOST_TRIES
 from hawk.picture.inbox.journal import Journal
 from hawk.picture.inbox.map_process import MapResult
+from hawk.store.inbox import LEAST_FREE
 from tests.unit.picture.inbox.inboxes import Bench, CutError, cut_after, drop, pictures, rows
 
 

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from hawk.picture.inbox.folder import ABANDONED_S, DONE, FAILED, HEADING, LOOSE, MAPPING, Folder
+from hawk.picture.inbox.folder import ABANDONED_S, HEADING, LOOSE, Folder
+from hawk.store.inbox import DONE, FAILED, MAPPING
 from tests.unit.jpegs import jpeg
 
 SETTLE_S = 60.0

@@ -153,7 +153,7 @@ async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: 
     assert (await centre.send(first))[0] == 200
     values = {"id": first.survey.lot, "survey": first.survey.id, "version": "1", "collection": "lots", "kind": "csv"}
     values |= {"seq": "1", "number": "0", "row": "0", "column": "0", "preview": "0" * 32, "feed": "apds"}
-    values |= {"name": "000001-20260504T103000Z.mcap", "token": "t" * 22}
+    values |= {"name": "000001-20260504T103000Z.mcap", "token": "t" * 22, "file": "a.jpg"}
     async with centre.tool(centre.tokens[ONE]) as session:
         for each in OPERATIONS:
             if each.is_open:
@@ -171,7 +171,8 @@ async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: 
         for path in ("/logout", "/api/area-file"):
             async with session.post(centre.url(path), data=b"{}") as answer:
                 assert answer.status == 403, path
-    written = {("PUT", "/surveys/{id}/document"), ("PUT", "/lots/{id}/document")}
+    written = {("PUT", "/surveys/{id}/document"), ("PUT", "/lots/{id}/document"), ("PUT", "/inbox/{file}")}
+    assert written < opened
     assert opened - written == {
         (each.method, each.path) for each in OPERATIONS if each.method == "GET" and each.path.startswith("/lots")
     }
@@ -272,7 +273,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
     for role in Role:
         status, problem = await centre.send(first, centre.stand.tokens[role])
         assert status == 403
-        assert "are for drones" in problem["detail"]
+        assert "is for drones and programs" in problem["detail"]
     status, problem = await centre.put(parts.packed(first), first.survey.id, **{"X-Forwarded-For": "192.0.2.1"})
     assert status == 403
     assert "HTTPS" in problem["detail"]
