@@ -60,9 +60,9 @@ describe("actions", () => {
 
   it("show how long a round is, and the batteries that it takes from two on", () => {
     const round = heartbeat({ "Again Distance": 1240, "Survey Time Left": 380, Options: possible("Autonomous Explore") });
-    assert.equal(action("explore", { heartbeat: round }).note, "Again, 1.24 km, 6 min 20 s");
-    assert.equal(action("explore", { heartbeat: { ...round, "Survey Batteries": 1 } }).note, "Again, 1.24 km, 6 min 20 s");
-    assert.equal(action("explore", { heartbeat: { ...round, "Survey Batteries": 3 } }).note, "Again, 1.24 km, 6 min 20 s, 3 batteries");
+    assert.equal(action("explore", { heartbeat: round }).note, "Again, 1240 m, 6 min");
+    assert.equal(action("explore", { heartbeat: { ...round, "Survey Batteries": 1 } }).note, "Again, 1240 m, 6 min");
+    assert.equal(action("explore", { heartbeat: { ...round, "Survey Batteries": 3 } }).note, "Again, 1240 m, 6 min, 3 batteries");
   });
 
   it("show the distance home, and the time until it stands on the ground", () => {
