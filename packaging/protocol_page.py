@@ -27,8 +27,6 @@ TARGET: Final = DOCS / "protocol.md"
 MESSAGES: Final = DOCS / "examples" / "messages.json"
 REQUESTS: Final = DOCS / "examples" / "http.json"
 PARTS: Final = "Parts of messages"
-EXCERPTS: Final = {"Set Outline": ("Type", "Id", "Polygons")}
-"""Keys that are shown of an example; of the others the list of keys says all."""
 _USUAL: Final = Sender.CONTROL
 _OFTEN: Final = 4
 """Commands from which on a need of them is said once, above all of them."""
@@ -38,8 +36,7 @@ ELSEWHERE: Final = {"Sentences": ""}
 _HEADER: Final = """# Protocol
 
 Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/protocol/commands.py`, the rows of
-`hawk/comm/protocol/command_table.py` and the examples in `docs/examples`: change those and run this again. Tests send
-every example.
+`hawk/comm/protocol/command_table.py` and the examples in `docs/examples`: change those and run this again.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
 has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
@@ -69,6 +66,8 @@ _RULES: Final = """## WebSocket
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).
 """
+PLAIN: Final = 3
+"""Words of a text that says no more than unit or frame, which the rules above the messages give."""
 _SHORT: Final = 6
 """Keys of a message that is shown whole."""
 _RECEIVED: Final = """Of long messages those keys that need words.
@@ -185,9 +184,6 @@ def _message(
     yield f"### {_type_of(model)}\n"
     yield from texts
     yield from _keys(name, model, said, all_of_them=bool(example))
-    excerpt = EXCERPTS.get(_type_of(model))
-    if excerpt is not None and example:
-        yield f"A part of one:\n\n```json\n{compact({key: example[key] for key in excerpt})}\n```\n"
 
 
 def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]], *, all_of_them: bool) -> Iterator[str]:
@@ -204,7 +200,8 @@ def _keys(name: str, model: Mapping[str, Any], said: set[tuple[str, str]], *, al
         if key == "Type" or (is_sent and key == "Id"):
             continue
         kind = f"{_type(value)}{_default(value) if key not in needed else ''}"
-        words = _words(texts.get(key, ""))
+        text = texts.get(key, "")
+        words = _words(text) if all_of_them or len(text.split()) > PLAIN else ""
         row = (key, f"{kind}{words}")
         if not words or row in said:
             short.setdefault("" if kind == "string" or row in said else f": {kind}", []).append(f"`{key}`")
@@ -294,20 +291,6 @@ def _plain(text: str) -> str:
 
 def _words(text: str) -> str:
     return f". {text}".replace("<", "\\<").replace("``", "`") if text else ""
-
-
-def compact(value: Any, indent: int = 0) -> str:
-    """Return JSON with one item a line where a line of 100 characters does not hold all of them."""
-    line = json.dumps(value, ensure_ascii=False)
-    if len(line) + indent <= 100 or not isinstance(value, dict | list):
-        return line
-    pad, deeper = " " * (indent + 2), indent + 2
-    if isinstance(value, dict):
-        items = [f"{pad}{json.dumps(key)}: {compact(each, deeper)}" for key, each in value.items()]
-    else:
-        items = [f"{pad}{compact(each, deeper)}" for each in value]
-    first, last = ("{", "}") if isinstance(value, dict) else ("[", "]")
-    return "\n".join([first, ",\n".join(items), " " * indent + last])
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -6,7 +6,7 @@ is certain (`hawk.algo.registration`). Until then the flight knows nothing of th
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -21,7 +21,7 @@ from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision.decode import Stalls, occupancy, sample, sample_points
 from hawk.algo.vision.detection import FloatArray, Found, GroundImage
 from hawk.algo.vision.network import MapArray
-from hawk.model.known_lot import KnownLot
+from hawk.model.known_lot import KnownLot, KnownStall
 
 FIRST_TRY: Final = 12
 """Stalls on the map of the flight with which the plan is first compared."""
@@ -35,7 +35,16 @@ _ABOUT_M: Final = 60.0
 
 def plan_rectangles(lot: KnownLot) -> Rectangles:
     """Return the stalls of a plan (N,)."""
-    values = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in lot.stalls], float).reshape(-1, 5)
+    return _rectangles(lot.stalls)
+
+
+def tour_rectangles(lot: KnownLot) -> Rectangles:
+    """Return all that a flight over a known lot looks at (M,): the stalls of its plan, then the places of sections."""
+    return _rectangles((*lot.stalls, *lot.section_places))
+
+
+def _rectangles(stalls: Sequence[KnownStall]) -> Rectangles:
+    values = np.array([(s.north, s.east, s.angle, s.width, s.length) for s in stalls], float).reshape(-1, 5)
     return Rectangles(values[:, :2], *values[:, 2:].T)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -13,9 +14,11 @@ from sqlalchemy import Connection, func, select
 
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
-from hawk.lots.plan.queries import all_stalls, in_plan, private_zones
+from hawk.lots.plan.queries import all_stalls, in_plan, private_zones, sections_of
+from hawk.lots.plan.sections import axis_of
+from hawk.lots.plan.values import LayoutSection
 from hawk.lots.plan.versions import newest_layout, revision_of
-from hawk.lots.registration.frames import frame_of
+from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
 from hawk.lots.schema import CHANGE, EDIT, LOT, STALL, SURVEY
@@ -27,6 +30,9 @@ from hawk.model.poses import Ring
 
 NEAR_M: Final = 60.0
 """A drone that stands nearer than this to a lot is about to fly over it."""
+
+PLACE_M: Final = 5.0
+"""Longest side of the places that cover a section: as large as a stall, one picture shows each whole."""
 
 AGAIN_M: Final = 300.0
 """Distance of the drone from a lot up to which it may survey it again."""
@@ -121,7 +127,27 @@ def known_lot(connection: Connection, lot: str, datum: tuple[float, float], surv
             for stall, (north, east) in zip(stalls, places, strict=True)
         ),
         _pieces(frame.ground(known_ground(connection, lot))),
+        tuple(place for section in sections_of(connection, lot) for place in _section_places(section, frame)),
     )  # fmt: skip
+
+
+def _section_places(section: LayoutSection, frame: Move) -> Iterator[KnownStall]:
+    """Yield places that cover a section, in the frame of a flight; ids are the section's with a number."""
+    area = shapely.Polygon(section.outline) if len(section.outline) > 2 else shapely.Polygon()
+    if not area.is_valid or area.is_empty:
+        return  # damaged on the disk: its counts say so
+    axis = np.array(axis_of(section.outline))
+    along = (axis[1] - axis[0]) / np.hypot(*(axis[1] - axis[0]))
+    to_axis = np.array([along, (-along[1], along[0])])
+    low, high = (bound(np.array(section.outline) @ to_axis.T, axis=0) for bound in (np.min, np.max))
+    count = np.maximum(np.ceil((high - low) / PLACE_M), 1).astype(int)
+    length, width = ((high - low) / count).tolist()
+    middles = (low + (np.indices(count).reshape(2, -1).T + 0.5) * (length, width)) @ to_axis
+    corners = np.array([(a, b) for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]) * (length / 2, width / 2) @ to_axis
+    is_part = shapely.intersects(shapely.polygons(middles[:, None] + corners), area)
+    angle = (math.atan2(along[1], along[0]) + frame.turn) % np.pi
+    for number, (north, east) in enumerate(frame.of(middles[is_part]).tolist(), 1):
+        yield KnownStall(f"{section.id} {number}", north, east, angle, width, length)
 
 
 def private_ground(connection: Connection, lot: str, datum: tuple[float, float]) -> tuple[Ring, ...]:

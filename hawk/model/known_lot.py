@@ -28,7 +28,7 @@ class KnownStall:
 
 @dataclass(frozen=True, slots=True)
 class KnownLot:
-    """The plan of a lot.
+    """The plan of a lot. ``section_places`` cover the ground of its sections, each as large as a stall.
 
     ``ground`` is the ground whose stalls are known: pieces of an outer ring and its holes, metres (north, east). Where
     the lot really lies on the map is found in flight: a receiver errs by metres, a compass by degrees.
@@ -37,6 +37,7 @@ class KnownLot:
     id: str
     stalls: tuple[KnownStall, ...] = field(repr=False)
     ground: tuple[tuple[Ring, ...], ...] = field(repr=False)
+    section_places: tuple[KnownStall, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,7 @@ class FlownCount:
 
 @dataclass(frozen=True, slots=True)
 class LotTour:
-    """The part of a round that looks at every stall of one known lot once more, planned before the start.
+    """The part of a round that looks at every stall and section of one known lot once more, planned before the start.
 
     ``points`` are waypoints from the drone's place, or from the end of the lot before, on; ``distance_m`` is the length
     along them. ``missed`` stalls cannot be looked at from inside the fence.

@@ -182,6 +182,8 @@ def _add_inbox(group: Any) -> None:
 
 
 def _source(text: str) -> Path:
+    if "://" in text or text.startswith("/vsi"):
+        raise argparse.ArgumentTypeError(f"{text} is on another computer, which is not asked: copy the picture here")
     found = values.path(text)
     if not found.exists():
         raise argparse.ArgumentTypeError(f"{text} is not there: name a picture, a film or a folder")

@@ -8,6 +8,7 @@ from typing import Final
 
 from hawk.comm.base_socket import FailedToSend
 from hawk.comm.protocol.commands import (
+    MOST_LOTS,
     Arm,
     AutonomousExplore,
     CompulsiveMove,
@@ -198,8 +199,9 @@ class SurveyOperator:
             await self._hand.pause(1.0)
         else:
             raise SurveyError(sentence("Survey Again was refused", refusal or ""))
+        most_s = self._limits.map_s * (len(asked.lots) or MOST_LOTS)  # each lot is planned by itself
         beat = await self._hand.until(
-            lambda b: b.again_distance is not None, self._limits.map_s, "The flight over the lots was not planned"
+            lambda b: b.again_distance is not None, most_s, "The flight over the lots was not planned"
         )
         self._planned_m = beat.again_distance
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from hawk.algo.frame import Steps
 from hawk.algo.ground import COARSE_M, Bools, Floats, Place, Window
-from hawk.algo.known_lot import plan_rectangles
+from hawk.algo.known_lot import tour_rectangles
 from hawk.algo.path_plan.footprint import Footprint, Singles, Swath, exploring_height
 from hawk.algo.path_plan.grid_search import places_on_path
 from hawk.algo.path_plan.lot_ground import FenceGuard
@@ -83,7 +83,7 @@ def lot_tour(
     height = exploring_height(heights, camera, settings.cm_per_pixel)
     footprint = Footprint.of(Swath.of(camera, height, settings.known_share), settings)
     guard = FenceGuard(fence)
-    found = yield from known_tour(boxes_of(plan_rectangles(known)), footprint, start, guard.contain, toward=toward)
+    found = yield from known_tour(boxes_of(tour_rectangles(known)), footprint, start, guard.contain, toward=toward)
     points = [start]
     for end in found.places[1:]:
         points += path_inside(guard, points[-1], as_place(end))

@@ -17,7 +17,7 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.ground import COARSE_M, Bools, Floats, KnownMap, LotMap, Place, Window
-from hawk.algo.known_lot import plan_rectangles
+from hawk.algo.known_lot import tour_rectangles
 from hawk.algo.path_plan.explore import Exploration
 from hawk.algo.path_plan.footprint import Footprint, Singles
 from hawk.algo.path_plan.known_tour import MARGIN_M, MOST_SEARCHED, boxes_of, corner_inside, corners_of, grown
@@ -88,11 +88,11 @@ class Revisit:
         self._settings = settings
         self.asked = tour
         self.known = known
-        self._boxes = boxes_of(plan_rectangles(known))
+        self._boxes = boxes_of(tour_rectangles(known))
         self._looked: Bools = np.zeros(len(self._boxes), np.bool_)
         self._given_up: Bools = np.zeros(len(self._boxes), np.bool_)
         self._count = len(self._boxes)
-        """Stalls of the plan; the boxes after them are at the rim."""
+        """Stalls of the plan, then the places of its sections; the boxes after them are at the rim."""
         self._is_placed = False
         self._pictures: deque[Floats] = deque(maxlen=_KEPT)
         """Ground of the pictures so far, until the plan has its place."""
@@ -149,14 +149,18 @@ class Revisit:
         if self._is_placed or not isinstance(lot_map, KnownMap):
             return
         values = lot_map.plan_places(self.known.id)
-        if values is None or len(values) != self._count:
+        stalls = len(self.known.stalls)
+        if values is None or len(values) != stalls:
             return
         self._is_placed = True
-        before, after = self._boxes[: self._count, :2].astype(np.float64), values[:, :2]
+        before, after = self._boxes[:stalls, :2].astype(np.float64), values[:, :2]
         turn = math.remainder(float(np.median((values[:, 2] - _angles(self.known)) % math.pi)), math.pi)
-        self._boxes[: self._count] = boxes_of(Rectangles(values[:, :2], *values[:, 2:].T))
         c, s = math.cos(turn), math.sin(turn)
         turned = np.array([[c, -s], [s, c]])
+        self._boxes[:stalls] = boxes_of(Rectangles(values[:, :2], *values[:, 2:].T))
+        sections = self._boxes[stalls : self._count]
+        sections[:, :2] = (sections[:, :2] - before.mean(0)) @ turned.T + after.mean(0)
+        sections[:, 2:] = (sections[:, 2:].reshape(-1, 2) @ turned.T).reshape(-1, 4)
         if len(self._places):
             self._places = (self._places - before.mean(0)) @ turned.T + after.mean(0)
         self._looked[:] = False

@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from hawk.algo.ground import Floats, LotMap, Place
-from hawk.algo.known_lot import plan_rectangles
+from hawk.algo.known_lot import tour_rectangles
 from hawk.algo.path_plan.explore import Exploration
 from hawk.algo.path_plan.revisit import Revisit, RevisitScene
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -29,7 +29,7 @@ class RoundFlight:
         self.tours = tours
         self._settings = settings
         self._known = known
-        self._places: dict[str, Floats] = {tour.lot: plan_rectangles(known[tour.lot]).centres for tour in tours}
+        self._places: dict[str, Floats] = {tour.lot: tour_rectangles(known[tour.lot]).centres for tour in tours}
         self._number = 0
         self._begun = [Revisit(settings, known[tours[0].lot], tours[0])]
         self._is_between = False

@@ -17,7 +17,7 @@ import shapely
 
 from hawk.algo.frame import Steps
 from hawk.algo.ground import Floats, Place
-from hawk.algo.known_lot import plan_rectangles
+from hawk.algo.known_lot import tour_rectangles
 from hawk.algo.path_plan.known_tour import lot_tour, path_inside
 from hawk.algo.path_plan.lot_ground import FenceGuard
 from hawk.algo.path_plan.settings import PathPlanSettings
@@ -111,7 +111,7 @@ def _whole_path(best: Mapping[tuple[int, int], tuple[float, int]], lengths: Path
 
 
 def _hull(lot: KnownLot) -> shapely.Geometry:
-    places: Floats = plan_rectangles(lot).centres
+    places: Floats = tour_rectangles(lot).centres
     return shapely.MultiPoint(np.asarray(places)).convex_hull
 
 

@@ -25,7 +25,7 @@ from hawk.lots.plan_files.section_facts import DRIVEN_M
 from hawk.lots.plan_files.values import text_of
 from hawk.lots.values import LotInputError
 from hawk.picture.orthophoto.grid import FloatArray, PixelGrid
-from hawk.picture.orthophoto.outline_lots import polygons_of
+from hawk.picture.orthophoto.outline_lots import closed, polygons_of
 
 CARRIAGEWAYS_M: Final = {
     "motorway": 7.5, "trunk": 7.0, "primary": 6.5, "secondary": 6.5, "tertiary": 6.5, "unclassified": DRIVEN_M[0],
@@ -201,6 +201,9 @@ def _geojson(features: Iterable[Any]) -> Iterator[_Element]:
         if not isinstance(facts, dict) or not _is_asked(facts) or not isinstance(each.get("geometry"), dict):
             continue
         try:
-            yield facts, shapely.force_2d(shapely.from_geojson(json.dumps(each["geometry"])))
+            geometry = each["geometry"]
+            if str(geometry.get("type", "")).endswith("Polygon"):
+                geometry = closed(geometry)
+            yield facts, shapely.force_2d(shapely.from_geojson(json.dumps(geometry)))
         except (shapely.errors.ShapelyError, ValueError) as error:
             raise LotInputError("features", f"hold a road or building that cannot be read ({error})") from error

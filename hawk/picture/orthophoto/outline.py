@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from hawk.formats.area_file import SAME_DEG, AreaError, read_areas
+from hawk.formats.area_file import AreaError, read_areas
 from hawk.formats.box import RefusedError, read_and_wait
 from hawk.formats.kind import HEAD_BYTES, Kind, kind_of, kind_of_file
 from hawk.formats.text import features_of, json_of
@@ -36,6 +36,7 @@ from hawk.picture.orthophoto.obstacles import Obstacles, is_obstacle, read_obsta
 from hawk.picture.orthophoto.outline_lots import (
     OutlineFeature,
     OutlineLot,
+    closed,
     ground_words,
     lots_of,
     parts_of_shape,
@@ -256,7 +257,7 @@ def _geojson(content: dict[str, Any]) -> list[OutlineFeature]:
         if not isinstance(geometry, dict) or geometry.get("type") not in ("Polygon", "MultiPolygon"):
             continue
         try:
-            shape = shapely.force_2d(shapely.from_geojson(json.dumps(_closed(geometry))))
+            shape = shapely.force_2d(shapely.from_geojson(json.dumps(closed(geometry))))
         except shapely.errors.ShapelyError as error:
             reason = str(error).strip()[:120]
             raise LotInputError("features", f"hold an area that cannot be read ({reason})") from error
@@ -264,25 +265,6 @@ def _geojson(content: dict[str, Any]) -> list[OutlineFeature]:
         named = str(own) if isinstance(own, str | int) else ""
         found.append(OutlineFeature(facts if isinstance(facts, dict) else {}, shape, number, named))
     return _on_earth(found, crs)
-
-
-def _closed(geometry: dict[str, Any]) -> dict[str, Any]:
-    """Return a Polygon or MultiPolygon whose rings end at their first corner, as the fence's reader takes them."""
-
-    def close(part: Any, depth: int) -> Any:
-        if not isinstance(part, list) or not part or depth > 2:
-            return part
-        if isinstance(part[0], list) and part[0] and not isinstance(part[0][0], list):
-            return [*part[:-1], part[0]] if _is_near(part[0], part[-1]) else [*part, part[0]]
-        return [close(each, depth + 1) for each in part]
-
-    return {**geometry, "coordinates": close(geometry.get("coordinates"), 0)}
-
-
-def _is_near(one: Any, other: Any) -> bool:
-    pairs = zip(one[:2], other[:2], strict=True) if isinstance(other, list) and len(other) >= 2 <= len(one) else ()
-    apart = [abs(a - b) for a, b in pairs if isinstance(a, int | float) and isinstance(b, int | float)]
-    return len(apart) == 2 and max(apart) <= SAME_DEG
 
 
 def _system_of(crs: object) -> str:

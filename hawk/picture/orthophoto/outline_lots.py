@@ -13,6 +13,7 @@ import shapely
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
+from hawk.formats.area_file import SAME_DEG
 from hawk.lots.plan_files.section_facts import capacity_said
 from hawk.lots.values import fitting_name
 from hawk.picture.values import LotFacts, PictureError, id_of, list_names
@@ -97,6 +98,25 @@ def polygons_of(shape: BaseGeometry) -> list[Polygon]:
     """Return the areas of a shape, made valid; none where it has no ground."""
     valid = shape if shape.is_valid else shapely.make_valid(shape)
     return [part for part in parts_of_shape(valid) if isinstance(part, Polygon) and part.area > 0]
+
+
+def closed(geometry: dict[str, Any]) -> dict[str, Any]:
+    """Return a Polygon or MultiPolygon whose rings end at their first corner, as the fence's reader takes them."""
+
+    def close(part: Any, depth: int) -> Any:
+        if not isinstance(part, list) or not part or depth > 2:
+            return part
+        if isinstance(part[0], list) and part[0] and not isinstance(part[0][0], list):
+            return [*part[:-1], part[0]] if _is_near(part[0], part[-1]) else [*part, part[0]]
+        return [close(each, depth + 1) for each in part]
+
+    return {**geometry, "coordinates": close(geometry.get("coordinates"), 0)}
+
+
+def _is_near(one: Any, other: Any) -> bool:
+    pairs = zip(one[:2], other[:2], strict=True) if isinstance(other, list) and len(other) >= 2 <= len(one) else ()
+    apart = [abs(a - b) for a, b in pairs if isinstance(a, int | float) and isinstance(b, int | float)]
+    return len(apart) == 2 and max(apart) <= SAME_DEG
 
 
 def _ground(shape: BaseGeometry) -> BaseGeometry:

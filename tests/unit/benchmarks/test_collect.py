@@ -18,3 +18,11 @@ async def test_every_document_is_taken_in(tmp_path: Path, monkeypatch: pytest.Mo
     per_s, cpu_s = await collect.measure(tmp_path, sent)
     assert per_s > 0
     assert cpu_s > 0
+
+
+@pytest.mark.nightly
+async def test_a_desk_catches_up_with_a_drone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(collect, "STALLS", 40)
+    seconds, cpu_s = await collect.catch_up(tmp_path, 3)
+    assert seconds > 0
+    assert cpu_s > 0

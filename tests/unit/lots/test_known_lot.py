@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 from sqlalchemy import insert
 
 from hawk.lots import commands
 from hawk.lots.ingest import save
-from hawk.lots.known_lot import AGAIN_M, NEAR_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
+from hawk.lots.known_lot import AGAIN_M, NEAR_M, PLACE_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
 from hawk.lots.outlines import outline_json
+from hawk.lots.plan.queries import sections_of
 from hawk.lots.schema import LAYOUT, LOT
 from hawk.lots.storage.database import Database
+from hawk.model.known_lot import KnownStall
 from hawk.results.survey_map import to_global
 from tests.unit.lots.plan.plans import FAST, NOW, Person
 from tests.unit.lots.surveys import DATUM, box, later, survey
@@ -109,3 +113,29 @@ def test_a_plan_is_given_in_the_frame_of_the_flight(tmp_path: Path) -> None:
     assert found == {"A 1": (10.0, -4.0, False), "A 2": (10.0, -1.5, True), "A 3": (10.0, 1.0, False)}
     assert [(stall.width, stall.length) for stall in known.stalls] == [(2.5, 5.0)] * 3
     ann.store.close()
+
+
+@pytest.mark.parametrize(
+    "line", [[[-12.0, 2.0], [-12.0, 24.0]], [[-12.0, 2.0], [-12.0, 14.0], [-24.0, 20.0]]], ids=["straight", "bent"]
+)
+def test_the_places_of_a_section_cover_it_and_none_is_larger_than_a_stall(
+    tmp_path: Path, line: list[list[float]]
+) -> None:
+    ann = Person.at_work(tmp_path / "lots.db", 3)
+    ann.do("draw_section", name="Elm", line=line, side="right", width=2.5, kind="parallel")
+    with ann.store.reading() as connection:
+        here, moved = (known_lot(connection, ann.lot, at(*place)) for place in ((0.0, 0.0), (-10.0, 4.0)))
+        (section,) = sections_of(connection, ann.lot)
+    ann.store.close()
+    covered = shapely.union_all([quad_of(place) for place in here.section_places])
+    assert covered.buffer(0.01).covers(shapely.Polygon(section.outline))
+    assert all(0.0 < place.width <= PLACE_M >= place.length > 0.0 for place in here.section_places)
+    assert all(place.id.startswith(section.id) for place in here.section_places)
+    off = [(b.north - a.north, b.east - a.east) for a, b in zip(here.section_places, moved.section_places, strict=True)]
+    assert np.allclose(off, (10.0, -4.0), atol=0.02)
+
+
+def quad_of(place: KnownStall) -> shapely.Polygon:
+    c, s = math.cos(place.angle), math.sin(place.angle)
+    sides = [(a * place.length / 2, b * place.width / 2) for a, b in ((1, 1), (1, -1), (-1, -1), (-1, 1))]
+    return shapely.Polygon([(place.north + a * c - b * s, place.east + a * s + b * c) for a, b in sides])

@@ -207,3 +207,13 @@ def test_a_survey_without_stalls_is_no_lot_in_the_report_as_in_the_store(
     for each in (report, written):
         found = [each[name] for name in ("registered", "doubt", "lot_id", "free_range")]
         assert found == [False, "it has no stalls", "", None]
+
+
+@pytest.mark.parametrize(
+    "source", ["https://tiles.example/city.tif", "s3://tiles/city.tif", "/vsicurl/https://x/c.tif"]
+)
+def test_a_picture_of_another_computer_is_refused_with_the_remedy(
+    source: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["map", source, "--out", str(tmp_path / "out")]) == 2
+    assert f"{source} is on another computer, which is not asked: copy the picture here" in capsys.readouterr().err

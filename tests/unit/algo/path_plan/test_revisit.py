@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -117,3 +118,22 @@ def test_without_the_plan_of_its_lot_a_tour_is_not_flown() -> None:
     plan = flown.app.plan(replace(frame, known=(), tours=flown.tours), flown.lot_map).path
     assert plan.target is None
     assert plan.explore.reason == "nothing is mapped yet"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("off", [(0.0, 0.0), (3.5, -2.5)])
+def test_a_section_is_looked_at_as_well_and_moves_with_the_plan(off: tuple[float, float]) -> None:
+    """A kerb 40 m beside the rows: without it no picture goes there."""
+    kerb = tuple(KnownStall(f"kerb {k}", -40.0, 5.5 * k, math.pi / 2, 2.5, 5.0) for k in range(8))
+    plain = lot_of()
+    known = replace(plain, section_places=kerb)
+    flown = flight(known, off)
+    flown.lot_map = SeenMap((replace(plain, stalls=(*plain.stalls, *kerb)),), CAMERA, off)
+    places = flown.lot_map.plan_places
+    flown.lot_map.plan_places = lambda lot: None if (all_ := places(lot)) is None else all_[: len(plain.stalls)]  # type: ignore[method-assign]
+    flown.fly()
+    assert flown.last.explore.done
+    assert flown.last.explore.seen == 1.0
+    assert flown.lot_map.whole.all()
+    without = flight(plain, off)
+    assert without.tours[0].distance_m < flown.tours[0].distance_m

@@ -165,6 +165,10 @@ def test_outlines_without_an_amenity_are_lots_and_roads_and_buildings_among_them
 ) -> None:
     lot = feature(part(source, 0, 0, 300, 400), name="Yard")
     path = geojson(tmp_path, lot, feature(part(source, 300, 0, 600, 400), building="yes"))
+    text = json.loads(path.read_text())
+    for each in text["features"]:
+        each["geometry"]["coordinates"][0].pop()  # rings that nobody closed are read too
+    path.write_text(json.dumps(text))
     outline = read_outline(path)
     assert [each.facts.name for each in outline.lots] == ["Yard"]
     assert len(outline.obstacles.buildings) == 1
