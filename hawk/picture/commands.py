@@ -23,7 +23,7 @@ from hawk.config.addresses import MOST_PORT
 from hawk.config.loader import load_settings
 from hawk.config.sections import ConfigError
 from hawk.picture.inbox.folder import SETTLE_S
-from hawk.picture.work_folder import is_ours, kept_source, other_source
+from hawk.picture.work_folder import is_ours, kept_source, other_private, other_source
 from hawk.runtime.late import late
 from hawk.runtime.process import ParentGoneError, kill_with_parent
 
@@ -229,7 +229,7 @@ def _run(options: argparse.Namespace) -> int:
         taken=options.taken, flight=options.flight,
     )  # fmt: skip
     try:
-        with kept_source(options.out, options.source):
+        with kept_source(options.out, options.source, options.private):
             with progress.shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as show:
                 mapped = _checked(options, sources.survey_of_source(asked, show))
             stored = _write(options, mapped)
@@ -312,6 +312,8 @@ def _check(options: argparse.Namespace) -> None:
         is_alike = other == options.source.resolve().name
         words = f"{other} with other pictures" if is_alike else other
         raise ConfigError(f"--out: {options.out} holds the work on {words}; name another folder")
+    elif problem := other_private(options.out, options.private):
+        raise ConfigError(f"--private: {problem}")
     if options.seed is not None and options.check is None:
         raise ConfigError("--seed: only together with --check")
     if options.store is not None:

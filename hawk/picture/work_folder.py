@@ -5,11 +5,14 @@ a source that shares a picture with the work is the same one, whether it grew or
 card's folder or film keeps its path when the card is emptied and flown with again. Only a picture file counts by its
 path too, because an orthophoto that is exported again, and a VRT of more tiles, are other bytes of the same ground. A
 copy whose files have other times counts as another source: the results that are kept are of no use to it either.
+
+`SOURCE` keeps a digest of the private areas, too: the pictures in the folder lack that ground, or show it.
 """
 
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import re
 from collections.abc import Iterator
@@ -104,16 +107,31 @@ def other_source(folder: Path, source: Path) -> str | None:
         return None
 
 
+def other_private(folder: Path, private: Path | None) -> str:
+    """Return why work in a folder cannot go on with these private areas; "" where it can, or the folder has no work."""
+    with _unreadable():
+        kept = json.loads((folder / SOURCE).read_bytes()).get("private")
+        if kept == _digest(private):
+            return ""
+        if private is None:
+            return f"{folder} leaves private ground out; name the same file again, or another folder by --out"
+        if kept is None:
+            return f"the pictures in {folder} show that ground; name another folder by --out"
+        return f"{folder} leaves other ground out; name that file again, or another folder by --out"
+    return ""
+
+
 @contextlib.contextmanager
-def kept_source(folder: Path, source: Path) -> Iterator[None]:
+def kept_source(folder: Path, source: Path, private: Path | None = None) -> Iterator[None]:
     """Keep in a folder what source its work is of, from before the work; where none was done, it goes again.
 
-    Raises PictureError where the folder cannot be written.
+    ``private``: file of areas that no picture shows. Raises PictureError where the folder cannot be written.
     """
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        replace_whole(folder / SOURCE, json.dumps(WorkSource.of(source).values(), ensure_ascii=False).encode())
+        content = {**WorkSource.of(source).values(), "private": _digest(private)}
+        replace_whole(folder / SOURCE, json.dumps(content, ensure_ascii=False).encode())
     except OSError as error:
         raise values.PictureError(f"--out: {values.cannot_write(Path(error.filename or folder), error)}") from error
     try:
@@ -124,6 +142,11 @@ def kept_source(folder: Path, source: Path) -> Iterator[None]:
             with contextlib.suppress(OSError):  # another run works in one of them
                 for each in made:
                     each.rmdir()
+
+
+def _digest(file: Path | None) -> str | None:
+    """Return the SHA-256 of a file, None without one. Raises OSError."""
+    return None if file is None else hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _facts(path: Path) -> tuple[str, int, int]:

@@ -29,6 +29,7 @@ LONGEST_NAME: Final = 200
 COUNT_S: Final = 60.0
 """Real seconds for which a count of the folder holds, with what was written since: the inbox itself adds reports."""
 _PARTIAL: Final = ".hawk.part"
+_COMPARED: Final = 1024 * 1024
 _TEMPORARY: Final = re.compile(
     r"\.(part|partial|filepart|tmp|temp|crdownload|download|incomplete|upload|uploading|swp|lock)$|~$|^~\$",
     re.IGNORECASE,
@@ -38,6 +39,10 @@ _TEMPORARY: Final = re.compile(
 
 class InboxFullError(Exception):
     """A file has no room in the inbox; the text names the limit and the remedy."""
+
+
+class NameTakenError(Exception):
+    """Another file of this name is in the flight."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,16 +183,38 @@ class FileWriter:
         self._file.write(data)
 
     def finish(self) -> None:
-        """Give the file its name, in place of an earlier one of this name. Raises OSError; it is then dropped."""
+        """Give the file its name; one that is there with the same bytes stays.
+
+        Raises NameTakenError where it has other bytes, OSError; this one is then dropped.
+        """
         try:
             self._file.flush()
             os.fsync(self._file.fileno())
+            if self._is_there():
+                self.drop()
+                return
             os.rename(self._partial, self._name, src_dir_fd=self._folder, dst_dir_fd=self._folder)
             os.fsync(self._folder)
-        except OSError:
+        except (OSError, NameTakenError):
             self.drop()
             raise
         self._close(self._size)
+
+    def _is_there(self) -> bool:
+        """Return whether the same file has come before. Raises NameTakenError."""
+        try:
+            former = os.fdopen(os.open(self._name, os.O_RDONLY | os.O_NOFOLLOW, dir_fd=self._folder), "rb")
+        except FileNotFoundError:
+            return False
+        except OSError as error:  # a folder, or a link
+            raise NameTakenError(self._name) from error
+        with former, os.fdopen(os.open(self._partial, os.O_RDONLY, dir_fd=self._folder), "rb") as own:
+            while chunk := own.read(_COMPARED):
+                if former.read(_COMPARED) != chunk:
+                    raise NameTakenError(self._name)
+            if former.read(1):
+                raise NameTakenError(self._name)
+        return True
 
     def drop(self) -> None:
         """Remove it; nothing happens to one that has ended."""

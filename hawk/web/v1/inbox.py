@@ -18,7 +18,7 @@ from typing import Annotated, Final, TypeVar
 from aiohttp import web
 from pydantic import Field
 
-from hawk.store.inbox import FileWriter, InboxFolder, InboxFullError, name_fault
+from hawk.store.inbox import FileWriter, InboxFolder, InboxFullError, NameTakenError, name_fault
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import answered
 from hawk.web.v1.bodies import InboxFile
@@ -106,6 +106,9 @@ async def _on_disk(request: web.Request, work: Callable[[], T]) -> T:
     """Return what the thread that writes did. Raises RefusedError."""
     try:
         return await asyncio.get_running_loop().run_in_executor(request.app[_WRITER], work)
+    except NameTakenError as error:
+        words = f"{error} is in the inbox with other contents: name the flight of this one, as ?flight=monday-2"
+        raise RefusedError(HTTPStatus.CONFLICT, "flight", words) from error
     except InboxFullError as error:
         raise RefusedError(HTTPStatus.INSUFFICIENT_STORAGE, "", str(error)) from error
     except OSError as error:

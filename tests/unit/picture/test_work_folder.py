@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from hawk.picture.work_folder import SOURCE, is_ours, kept_source, other_source
+from hawk.picture.work_folder import SOURCE, is_ours, kept_source, other_private, other_source
 
 
 def photographs(folder: Path, *names: str, second: int = 0) -> Path:
@@ -67,3 +67,20 @@ def test_without_work_nothing_stays(tmp_path: Path) -> None:
 def test_a_file_that_is_torn_says_no_source(out: Path, tmp_path: Path) -> None:
     (out / SOURCE).write_text('{"source": "a"')
     assert other_source(out, tmp_path / "yard") is None
+
+
+def test_work_goes_on_with_the_private_ground_that_it_began_with_alone(out: Path, tmp_path: Path) -> None:
+    gardens, others = tmp_path / "gardens.geojson", tmp_path / "others.geojson"
+    gardens.write_text("{}")
+    others.write_text("[]")
+    assert other_private(out, None) == ""
+    assert other_private(out, gardens) == f"the pictures in {out} show that ground; name another folder by --out"
+    with kept_source(out, tmp_path / "yard", gardens):
+        pass
+    assert other_private(out, gardens) == ""
+    same = "name the same file again, or another folder by --out"
+    assert other_private(out, None) == f"{out} leaves private ground out; {same}"
+    assert (
+        other_private(out, others) == f"{out} leaves other ground out; name that file again, or another folder by --out"
+    )
+    assert other_private(tmp_path / "new", gardens) == ""

@@ -9,7 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.picture.inbox.folder import Folder
-from hawk.store.inbox import COUNT_S, DONE, LEAST_FREE, InboxFolder, InboxFullError, InboxQuota, name_fault
+from hawk.store.inbox import (
+    COUNT_S,
+    DONE,
+    LEAST_FREE,
+    InboxFolder,
+    InboxFullError,
+    InboxQuota,
+    NameTakenError,
+    name_fault,
+)
 
 QUOTA = InboxQuota(largest=1000, most_bytes=3000, most_files=4)
 JPEG = b"\xff\xd8picture\xff\xd9"
@@ -47,8 +56,17 @@ def files(folder: InboxFolder) -> dict[str, bytes]:
 def test_files_lie_under_their_names_in_the_folder_and_in_flights(folder: InboxFolder) -> None:
     write(folder, "one.jpg", b"1")
     write(folder, "two.jpg", b"2", "monday")
-    write(folder, "two.jpg", b"3", "monday")
-    assert files(folder) == {"one.jpg": b"1", "monday/two.jpg": b"3"}
+    assert files(folder) == {"one.jpg": b"1", "monday/two.jpg": b"2"}
+
+
+@pytest.mark.parametrize("other", [b"3", b"22", b""])
+def test_the_same_file_may_come_again_and_another_one_takes_no_name(folder: InboxFolder, other: bytes) -> None:
+    for _ in range(9):  # more than the quota has room for
+        write(folder, "two.jpg", b"2", "monday")
+    with pytest.raises(NameTakenError, match=r"two\.jpg"):
+        write(folder, "two.jpg", other, "monday")
+    write(folder, "two.jpg", other, "tuesday")
+    assert files(folder) == {"monday/two.jpg": b"2", "tuesday/two.jpg": other}
 
 
 def test_the_inbox_waits_for_a_file_that_is_being_written(folder: InboxFolder) -> None:
@@ -120,7 +138,8 @@ def test_a_link_leads_nowhere(folder: InboxFolder, tmp_path: Path) -> None:
         folder.begin("monday", "one.jpg", 1)
     (outside / "kept").write_bytes(b"kept")
     (folder.path / "one.jpg").symlink_to(outside / "kept")
-    write(folder, "one.jpg", b"new")
+    with pytest.raises(NameTakenError):
+        write(folder, "one.jpg", b"new")
     assert (outside / "kept").read_bytes() == b"kept"
     assert [path.name for path in outside.iterdir()] == ["kept"]
 

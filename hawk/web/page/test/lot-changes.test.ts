@@ -108,7 +108,9 @@ describe("what surveys propose for a lot", () => {
     const plane = new LocalPlane({ Latitude: 52, Longitude: 5 });
     const [stall] = shownChanges(stage.part.model.lotChanges, plane)?.begin ?? [];
     assert.deepEqual(stall?.map(({ North, East }) => [Math.round(North) + 0, Math.round(East) + 0]), [[0, 0], [0, 7], [11, 7], [11, 0]]);
-    assert.equal(shownChanges(stage.part.model.lotChanges, null), null);
+    const [atDesk] = shownChanges(stage.part.model.lotChanges, null)?.begin ?? [];
+    assert.deepEqual(atDesk?.[0], { North: 0, East: 0 });
+    assert.equal(shownChanges(null, null), null);
   });
 
   it("is taken over without the confirmed stalls, unless they are ticked", async () => {

@@ -64,8 +64,11 @@ async def test_a_file_lies_in_the_inbox_once_it_is_answered(desk: Desk) -> None:
     assert await desk.put("DJI_0001.JPG") == (200, {"name": "DJI_0001.JPG", "flight": None, "bytes": len(PICTURE)})
     status, answer = await desk.put("DJI_0001.JPG?flight=monday")
     assert (status, answer["flight"]) == (200, "monday")
-    assert (await desk.put("DJI_0001.JPG?flight=monday", b"again"))[0] == 200
-    assert desk.files() == {"DJI_0001.JPG": len(PICTURE), "monday/DJI_0001.JPG": 5}
+    assert (await desk.put("DJI_0001.JPG?flight=monday"))[0] == 200
+    status, problem = await desk.put("DJI_0001.JPG?flight=monday", b"other")
+    assert (status, problem["field"]) == (409, "flight")
+    assert "name the flight of this one" in problem["detail"]
+    assert desk.files() == {"DJI_0001.JPG": len(PICTURE), "monday/DJI_0001.JPG": len(PICTURE)}
 
 
 @pytest.mark.parametrize(

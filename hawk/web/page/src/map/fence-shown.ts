@@ -1,4 +1,4 @@
-import type { LocalPlane } from "../fence/plane.ts";
+import { LocalPlane } from "../fence/plane.ts";
 import type { FenceCheck, FenceCorner, FenceSetup, Heartbeat, OutlineSetup, Point } from "../protocol.ts";
 import type { ShownChanges } from "../state/operator.ts";
 import type { ChangesMark } from "./draw-changes.ts";
@@ -60,7 +60,9 @@ export function shownOutline(setup: OutlineSetup | null, plane: LocalPlane | nul
 }
 
 /** Stalls of a lot that begin and end, on the map. */
-export function shownChanges(changes: ShownChanges | null, plane: LocalPlane | null): ChangesMark | null {
+export function shownChanges(changes: ShownChanges | null, known: LocalPlane | null): ChangesMark | null {
+  const first = changes && [...changes.begin, ...changes.end][0]?.[0];
+  const plane = known ?? (first ? new LocalPlane(first) : null); // at a desk nothing else lies on the map
   if (!changes || !plane) return null;
   const placed = (rings: ShownChanges["begin"]): Point[][] => rings.map((ring) => onMap(ring, plane));
   return { begin: placed(changes.begin), end: placed(changes.end) };
