@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -134,7 +135,11 @@ def read_check(sample: CheckSample, table: Path) -> CheckedCount:
             f"--checked: {table} is of other findings: map with the picture, outlines and network of {DESIGN}, or draw "
             "windows again by --check"
         )
-    rows = {row["window"]: row for row in _rows(table)}
+    given = _rows(table)
+    rows = {row["window"]: row for row in given}
+    if len(rows) < len(given):
+        twice = Counter(row["window"] for row in given).most_common(1)[0][0]
+        raise PictureError(f"--checked: {table} has window {twice} twice: keep one of these rows")
     found: dict[str, CheckedTotal] = {}
     every = [name for part in design.strata for name in part.drawn]
     for name in design.totals:

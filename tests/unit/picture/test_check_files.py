@@ -118,6 +118,7 @@ def test_a_spreadsheet_s_semicolons_and_mark_are_read(tmp_path: Path) -> None:
         (lambda text: text.replace("free_by_eye", "free_by_ear"), "has no counts by eye"),
         (lambda text: "\n".join(text.split("\n")[:-3]) + "\n", "lacks the row of window .*: leave no window out"),
         (lambda text: text.replace(",7\n", ",seven\n").replace(",7,", ",seven,"), "write a whole number"),
+        (lambda text: text + text.split("\n")[3] + "\n", r"has window \d+/\d+ twice: keep one of these rows"),
         (lambda text: text.replace("window,", "name,"), "has no column window; fill in the table that --check wrote"),
     ],
 )
