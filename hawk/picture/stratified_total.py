@@ -14,7 +14,7 @@ from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from hawk.model.lot_map import HELD_SHARE
 
@@ -62,7 +62,7 @@ def checked_total(found: float, strata: Sequence[CheckedStratum]) -> CheckedTota
             weights += part**2 / count
     if not variance:
         return CheckedTotal(total, round(total), round(total))
-    off = float(student.ppf((1 + HELD_SHARE) / 2, variance**2 / weights)) * math.sqrt(variance)
+    off = float(stdtrit(variance**2 / weights, (1 + HELD_SHARE) / 2)) * math.sqrt(variance)
     return CheckedTotal(total, max(math.floor(total - off), 0), math.ceil(total + off))
 
 

@@ -92,7 +92,7 @@ class SurveyAgain(Command):
     @model_validator(mode="after")
     def _lots_or_due(self) -> Self:
         if bool(self.lots) is self.due:
-            raise ValueError("Lots: name lots, or set Due without any")
+            raise ValueError("Lots: must name lots, or be empty with Due")
         return self
 
 
