@@ -289,7 +289,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
                 "--tls-key",
             ),
             ((__file__, "--out", "o"), NOT_THERE),
-        ),  # fmt: skip
+        ),
         "--check": ((__file__, "--out", "o"), ("0", "-1", "1.5", "x", "")),
         "--seed": ((__file__, "--out", "o", "--check", "9"), ("-1", "1.5", "x", "")),
         **dict.fromkeys(("--crs", "--scheduler", "--name"), ((__file__, "--out", "o"), EMPTY)),
