@@ -108,7 +108,8 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
         errors = watch(page)
         await page.goto(url)
         await button(page, "Take control").tap()
-        await button(page, "Show checks").tap()
+        await autopilot_is_found(url)
+        await button(page, "Arm").tap()  # its checks fail: it shows them
         await button(page, "Edit fence").tap()
         await shows(page, "Tap its corners on the map")
         await the_map_follows_nothing(page)
