@@ -35,8 +35,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE, LotStore
 from hawk.web.access.tokens import TOKEN_FILE, rotate, rotate_drone
 from hawk.webhooks.delivery import SenderTimes
-from hawk.webhooks.documents import DocumentSender
-from hawk.webhooks.sender import target_of
+from hawk.webhooks.documents import DocumentSender, desk_target
 from tests.integration.sim_support import free_tcp_port
 from tests.unit.lots.surveys import later, survey
 
@@ -96,14 +95,15 @@ async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
             save(connection, later(survey(stalls=STALLS, seed=number), number + 1, 1.2 * number), find_stalls)
     base.close()
     rotate(desk / TOKEN_FILE, Role.OPERATOR)
-    token = drone / "token"
-    token.write_text(rotate_drone(desk / TOKEN_FILE, "Drone 1"))
+    token, url = rotate_drone(desk / TOKEN_FILE, "Drone 1"), SecretUrl(f"http://127.0.0.1:{port}/")
+    (drone / "token").write_text(token)
     command = [sys.executable, "-m", "hawk.cli", "desk", "--collect", "--store", str(desk), "--port", str(port)]
     with (folder / "desk.log").open("wb") as log:
         process = await asyncio.create_subprocess_exec(*command, stdout=log, stderr=log)
     try:
         await _until_served(port)
-        return await _sent(drone, CollectSettings(url=SecretUrl(f"http://127.0.0.1:{port}/"), token_file=token))
+        settings = CollectSettings(url=url, token_file=drone / "token")
+        return await _sent(drone, settings, desk_target(url, token))
     finally:
         process.terminate()
         await process.wait()
@@ -119,11 +119,10 @@ async def _until_served(port: int) -> None:
             await asyncio.sleep(0.1)
 
 
-async def _sent(folder: Path, settings: CollectSettings) -> tuple[float, float]:
+async def _sent(folder: Path, settings: CollectSettings, target: str) -> tuple[float, float]:
     store = LotStore(folder / FILE, find_stalls)
     await store.open()
     sender = DocumentSender(store, settings, time.time, lambda: False, lambda *_: None, SenderTimes(look_s=1.0))
-    target = target_of(SecretUrl(f"{settings.url.get_secret_value() if settings.url else ''}#{_token(settings)}"))
     began, used = time.perf_counter(), time.process_time()
     running = asyncio.create_task(sender.run())
     try:
@@ -136,10 +135,6 @@ async def _sent(folder: Path, settings: CollectSettings) -> tuple[float, float]:
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
         await store.close()
-
-
-def _token(settings: CollectSettings) -> str:
-    return "" if settings.token_file is None else settings.token_file.read_text()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

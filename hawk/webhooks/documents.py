@@ -23,6 +23,7 @@ import aiohttp
 
 from hawk.config.secrets import SecretUrl
 from hawk.config.sections import CollectSettings
+from hawk.lots.documents.parts import LARGEST_BYTES
 from hawk.lots.store import FILE_S, LotStore
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.operation import Level
@@ -58,8 +59,6 @@ LOOKS: Final = (1, 2, 4, 6)
 """Intervals of looks between tries while the desk is not there; the last one is that of every later try."""
 LOTS_EVERY: Final = 6
 """Looks between two questions for lots, where nothing is sent."""
-LARGEST_LOTS: Final = 32_000_000
-"""Bytes of an answer with lots."""
 PAUSE_S: Final = 0.5
 """Real seconds between two looks whether the drone has landed."""
 TIMES: Final = SenderTimes(try_s=900.0)
@@ -135,7 +134,7 @@ class DocumentSender:
             return False
         self._next_query = time.monotonic() + LOTS_EVERY * self._times.look_s
         token = await self._elsewhere(lambda: _token(self._settings.token_file))
-        target = _target(url, token)
+        target = desk_target(url, token)
         asked: LotQuery | None = await self._store.read(lambda c: lot_return.first_query(c, target))
         is_any = False
         while asked is not None and not self._is_flown():
@@ -155,7 +154,7 @@ class DocumentSender:
         seen = "&seen=true" if self._settings.lots == "seen" else ""
         place = SecretUrl(f"{_root(url)}/lots/documents?after={asked.after}{seen}")
         headers = {"Authorization": f"Bearer {token}"}
-        limits = self._times.try_s, "collect.url", LARGEST_LOTS
+        limits = self._times.try_s, "collect.url", LARGEST_BYTES
         return await tried(session, "GET", place, *limits, headers=headers)
 
     async def send_one(self, session: aiohttp.ClientSession, url: SecretUrl) -> bool:
@@ -170,7 +169,7 @@ class DocumentSender:
             words = f"collect.token_file: {error}; write the token that the desk gave into it"
             await self._wait_for_link(url, TryOutcome(0, words))
             return False
-        target, now = _target(url, token), self._wall()
+        target, now = desk_target(url, token), self._wall()
         message = await self._store.read(lambda c: outbox.due_state(c, target, now))
         if message is None:
             return False
@@ -267,7 +266,7 @@ def _root(url: SecretUrl) -> str:
     return f"{url.get_secret_value().rstrip('/')}/api/v1"
 
 
-def _target(url: SecretUrl, token: str) -> str:
+def desk_target(url: SecretUrl, token: str) -> str:
     """Return the name of a desk in deliveries: one whose store was lost gives new tokens, and gets everything again."""
     return target_of(SecretUrl(f"{url.get_secret_value()}#{token}"))
 

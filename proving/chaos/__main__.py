@@ -35,7 +35,7 @@ from hawk.lots.values import LotStoreError
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone, rotate, rotate_drone
-from hawk.webhooks.sender import target_of
+from hawk.webhooks.documents import desk_target
 from proving.chaos.drones import ChaosDrone, Difference, difference, reference
 from proving.chaos.link import HOST, Link, LinkState
 from proving.faults.disk import DiskError, OwnDisk
@@ -304,7 +304,7 @@ class Chaos:
             await asyncio.sleep(0.5)
 
     def _target(self, drone: ChaosDrone) -> str:
-        return target_of(SecretUrl(f"{self._url}#{drone.token_file.read_text()}"))
+        return desk_target(SecretUrl(self._url), drone.token_file.read_text())
 
     async def _end(self) -> None:
         for flight in self.flights:

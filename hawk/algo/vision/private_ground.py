@@ -81,14 +81,15 @@ def _blackened(image: NDArray[np.uint8], ground: BaseGeometry, camera: CameraMod
 
 def _without(ground: FrameGround, private: BaseGeometry) -> FrameGround:
     vehicles = None if ground.vehicles is None else tuple(v for v in ground.vehicles if not _is_in(v, private))
+    mask = _mask(ground.core, private)  # the layers are one raster
     return replace(
         ground,
         stalls=tuple(stall for stall in ground.stalls if not _is_in(stall, private)),
         vehicles=vehicles,
-        lot=_emptied(ground.lot, private),
-        car=_emptied(ground.car, private),
-        core=_emptied(ground.core, private),
-        taken=_emptied(ground.taken, private),
+        lot=_emptied(ground.lot, mask),
+        car=_emptied(ground.car, mask),
+        core=_emptied(ground.core, mask),
+        taken=_emptied(ground.taken, mask),
         picture=_unseen(ground.picture, private),
     )
 
@@ -97,9 +98,9 @@ def _is_in(found: Detection | Vehicle, private: BaseGeometry) -> bool:
     return bool(shapely.intersects_xy(private, found.north, found.east))
 
 
-def _emptied(layer: GroundImage, private: BaseGeometry) -> GroundImage:
-    """Return a layer of probabilities that are 0 on private ground."""
-    return replace(layer, values=np.where(_mask(layer, private), np.float32(0), layer.values))
+def _emptied(layer: GroundImage, mask: NDArray[np.bool_]) -> GroundImage:
+    """Return a layer of probabilities that are 0 where the mask of private ground is set."""
+    return replace(layer, values=np.where(mask, np.float32(0), layer.values))
 
 
 def _unseen(picture: GroundImage, private: BaseGeometry) -> GroundImage:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import zlib
 from collections.abc import Sequence
 from typing import Annotated, Final, Literal
 
@@ -211,3 +212,13 @@ def plan_digest(lot: LotPart) -> str:
     )
     text = plan.model_dump_json(exclude={"state", "name", "time_zone", "made", "base"}, exclude_defaults=True)
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def lot_body(lot: LotPart) -> bytes:
+    """Return a lot as the table of its states keeps it."""
+    return zlib.compress(lot.model_dump_json().encode(), 6)
+
+
+def kept_lot(body: bytes) -> LotPart:
+    """Return the lot of `lot_body`."""
+    return LotPart.model_validate_json(zlib.decompress(body))

@@ -14,7 +14,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, insert, or_, select, update
 
 from hawk.lots.documents import plan_rows, source
-from hawk.lots.documents.lot_document import LotBase, LotPart, plan_digest
+from hawk.lots.documents.lot_document import LotBase, LotPart, kept_lot, lot_body, plan_digest
 from hawk.lots.documents.parts import digest_of
 from hawk.lots.plan.versions import edit_of
 from hawk.lots.schema import LOT, LOT_DOCUMENT
@@ -131,7 +131,7 @@ def plan_here(connection: Connection, lot: str) -> str:
 def body_of(connection: Connection, lot: str, state: LotState) -> LotPart:
     """Return a lot as a state has it."""
     body = connection.execute(select(LOT_DOCUMENT.c.body).where(*_is_row(lot, state))).scalar_one()
-    return plan_rows.unpacked(body)
+    return kept_lot(body)
 
 
 def _is_copy(part: LotPart) -> bool:
@@ -179,7 +179,7 @@ def keep(connection: Connection, part: LotPart, state: LotState) -> None:
     """Keep a state of a lot in place of the one of its writer and base before."""
     values = {
         "state": state.state, "digest": state.digest, "plan": state.plan, "decided": state.decided,
-        "body": plan_rows.packed(part),
+        "body": lot_body(part),
     }  # fmt: skip
     changed = connection.execute(update(LOT_DOCUMENT).where(*_is_row(part.id, state)).values(**values))
     if not changed.rowcount:
@@ -194,8 +194,9 @@ def _note(connection: Connection, lot: str, state: LotState, **values: Any) -> N
 
 def _note_plan(connection: Connection, lot: str) -> None:
     """Note the plan of a lot of which another one's state has taken stalls, or brought them back."""
-    for each in states_of(connection, lot):
-        plan = plan_here(connection, lot)
+    states = states_of(connection, lot)
+    plan = plan_here(connection, lot) if states else ""
+    for each in states:
         if each.plans and each.plans[-1] != plan:
             _note(connection, lot, each, plan=" ".join((*each.plans[1 - _MOST_PLANS :], plan)))
 

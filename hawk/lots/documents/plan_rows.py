@@ -8,7 +8,6 @@ stays with its looks, in no version of the plan.
 from __future__ import annotations
 
 import json
-import zlib
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +15,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, Table, and_, bindparam, delete, insert, or_, select, text, update
 
-from hawk.lots.documents.lot_document import LotPart, PlanSection, PlanZone, plan_digest
+from hawk.lots.documents.lot_document import LotPart, PlanSection, PlanZone, kept_lot, plan_digest
 from hawk.lots.documents.parts import Ground
 from hawk.lots.documents.source import lot_part
 from hawk.lots.outlines import outline_json
@@ -66,16 +65,6 @@ def name_lot(connection: Connection, part: LotPart) -> None:
     values = {name: getattr(part, name) for name in _SAID}
     is_other = or_(*(LOT.c[name].is_distinct_from(value) for name, value in values.items()))
     connection.execute(update(LOT).where(LOT.c.id == part.id, is_other).values(**values))
-
-
-def packed(part: LotPart) -> bytes:
-    """Return a lot's state as it is kept."""
-    return zlib.compress(part.model_dump_json().encode(), 6)
-
-
-def unpacked(body: bytes) -> LotPart:
-    """Return the state of `packed`."""
-    return LotPart.model_validate_json(zlib.decompress(body))
 
 
 def outline_of(ground: Ground) -> Outline:
@@ -173,7 +162,7 @@ def _contest(connection: Connection, part: LotPart, writer: str) -> _Contest:
         if not dropped:
             asked = asked.where(LOT_DOCUMENT.c.lot.in_(rivals))
         for plan, body in connection.execute(asked.order_by(LOT_DOCUMENT.c.lot)).all():
-            other = unpacked(body)
+            other = kept_lot(body)
             is_about = other.id in rivals or bool(_names(other) & (own | dropped))
             if is_about and plan_digest(lot_part(connection, other.id)) == plan.split()[-1]:
                 others.append(other)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final, TypeVar
@@ -15,7 +14,7 @@ from sqlalchemy import Connection, RowMapping, Table, func, select
 from hawk.formats.validation import first_wrong
 from hawk.lots.documents.lot_document import FORMAT as LOT_FORMAT
 from hawk.lots.documents.lot_document import VERSION as LOT_VERSION
-from hawk.lots.documents.lot_document import LotBase, LotDocument, LotPart, plan_digest
+from hawk.lots.documents.lot_document import LotBase, LotDocument, LotPart, kept_lot, plan_digest
 from hawk.lots.documents.parts import Ground, Part
 from hawk.lots.documents.survey_document import FORMAT, VERSION, SurveyDocument
 from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
@@ -197,9 +196,7 @@ def came_from_desk(connection: Connection, lot: str) -> GivenLot | None:
     row = connection.execute(select(*names).where(LOT_DOCUMENT.c.lot == lot, LOT_DOCUMENT.c.writer == "")).first()
     if row is None:
         return None
-    return GivenLot(
-        row.state, row.digest, row.plan, row.decided, LotPart.model_validate_json(zlib.decompress(row.body))
-    )
+    return GivenLot(row.state, row.digest, row.plan, row.decided, kept_lot(row.body))
 
 
 def sent_lot(connection: Connection, lot: str) -> LotPart:

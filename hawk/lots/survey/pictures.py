@@ -90,8 +90,9 @@ class PictureFolder:
     def read(self, survey: str, hidden: Sequence[Ring] = ()) -> dict[TileKey, bytes]:
         """Return the tiles of a survey, none where there is no picture. Raises LotStoreError for a broken file."""
         with self._opened(self._path(survey)) as file:
-            infos = {} if file is None else _infos(file)
-            return {} if file is None else {key: without(file.read(info), key, hidden) for key, info in infos.items()}
+            if file is None:
+                return {}
+            return {key: without(file.read(info), key, hidden) for key, info in _infos(file).items()}
 
     def keys(self, survey: str) -> list[TileKey]:
         """Return the keys of a survey's tiles; none without a picture. Raises LotStoreError for a broken file."""
