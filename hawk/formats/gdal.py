@@ -7,6 +7,7 @@ its first bytes, a VRT is read by us before GDAL does, and GDAL's own doors to t
 from __future__ import annotations
 
 import os
+import secrets
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Final
@@ -16,6 +17,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 from hawk.formats.kind import kind_of_file
+from hawk.formats.remote import Door, Hosts, RemoteError, RemoteRaster, check_part, without_secrets
 from hawk.runtime.late import load
 
 DRIVERS: Final = {
@@ -27,7 +29,7 @@ DRIVERS: Final = {
 }
 """Kinds of `hawk.formats.kind` -> the driver of GDAL that opens them; no other one is let."""
 OPTIONS: Final = {
-    "CPL_VSIL_CURL_ALLOWED_FILENAME": "none",
+    "GDAL_CONFIG_FILE": os.devnull,
     "GDAL_HTTP_PROXY": "http://127.0.0.1:9",
     "GDAL_HTTP_MAX_RETRY": "0",
     "GDAL_VRT_ENABLE_PYTHON": "NO",
@@ -41,6 +43,11 @@ _SKIP: Final = (
     "PDF PLMOSAIC PLScenes STACIT STACTA WCS WFS WMS WMTS Zarr"
 )
 """Drivers that ask servers, or that read files which name others; GDAL reads their names as it begins."""
+_UNUSED: Final = (
+    *("NO_PROXY", "no_proxy"),
+    *(f"GDAL_HTTP_{name}" for name in ("AUTH", "BEARER", "COOKIE", "HEADERS", "HEADER_FILE", "USERPWD")),
+)
+"""Variables of the environment by which curl would go past the proxy, or send one server's keys to all."""
 _SOURCES: Final = ("SourceFilename", "SourceDataset", "GCPProjectionFile", "OverviewFile")
 """Elements of a VRT that name a file, each in place of which a whole VRT may stand."""
 _REFUSED: Final = {
@@ -63,6 +70,9 @@ def prepare() -> None:
     """Close GDAL's doors in this process, before rasterio or pyogrio are loaded for the first time."""
     os.environ.setdefault("GDAL_SKIP", _SKIP.replace(" ", ","))
     os.environ.setdefault("PROJ_NETWORK", "OFF")
+    for name in _UNUSED:
+        os.environ.pop(name, None)
+    os.environ.setdefault("CPL_VSIL_CURL_ALLOWED_EXTENSIONS", f".{secrets.token_hex(16)}")  # no name ends so
     for name, value in OPTIONS.items():
         os.environ.setdefault(name, value)
 
@@ -77,8 +87,11 @@ def driver_of(path: Path) -> str:
     return driver
 
 
-def check_vrt(path: Path) -> None:
-    """Refuse a VRT that would read what is no picture on this computer, at any depth. Raises UnsafeError, OSError."""
+def check_vrt(path: Path, hosts: Hosts = ()) -> None:
+    """Refuse a VRT that would read what is no picture on this computer or an allowed host, at any depth.
+
+    Raises UnsafeError, OSError.
+    """
     seen: set[Path] = set()
     waiting = [(path, 0)]
     while waiting:
@@ -88,7 +101,7 @@ def check_vrt(path: Path) -> None:
         seen.add(each)
         if depth > _DEEPEST:
             raise UnsafeError(f"has VRTs within VRTs, more than {_DEEPEST} deep: build one of the pictures themselves")
-        waiting += [(source, depth + 1) for source in _checked_sources(each)]
+        waiting += [(source, depth + 1) for source in _checked_sources(each, hosts)]
 
 
 def sources_of(path: Path) -> list[tuple[str, Path | None]]:
@@ -122,7 +135,7 @@ def _sources(tree: Element, path: Path) -> Iterator[tuple[str, Path | None]]:
             yield name, ((folder / name) if is_beside else Path(name)) if is_file else None
 
 
-def _checked_sources(path: Path) -> Iterator[Path]:
+def _checked_sources(path: Path, hosts: Hosts) -> Iterator[Path]:
     """Yield the VRTs that a VRT is made of, after a check of all that it names."""
     tree = _tree(path)
     if tree is None:
@@ -134,7 +147,8 @@ def _checked_sources(path: Path) -> Iterator[Path]:
             raise UnsafeError(f"{said} ({kind or element.tag}), which is not read: gdal_translate it to a GeoTIFF")
     for name, source in dict.fromkeys(_sources(tree, path)):
         if source is None:
-            raise UnsafeError(f"names {name[:80]}, no file of this computer: copy it here, build the VRT again")
+            _check_remote(name, hosts)
+            continue
         if not source.is_file():
             continue  # its opener says which are missing
         try:
@@ -145,23 +159,42 @@ def _checked_sources(path: Path) -> Iterator[Path]:
             yield source
 
 
+def _check_remote(name: str, hosts: Hosts) -> None:
+    """Raise UnsafeError for a name in a VRT that is of no allowed host."""
+    said = without_secrets(name)[:80]
+    try:
+        part = check_part(name, hosts) if hosts else None
+    except RemoteError as error:
+        raise UnsafeError(f"names {said}: {error}") from None
+    if part is None:
+        raise UnsafeError(f"names {said}, no file of this computer: copy it here, build the VRT again")
+
+
 def rasterio() -> Any:
     """Return rasterio with all parts of it that are used here, GDAL prepared. Raises ImportError without it."""
     prepare()
     return load("rasterio", "_err", "enums", "errors", "transform", "vrt", "warp", "windows")
 
 
-def open_picture(path: Path, *, is_checked: bool = False) -> Any:
-    """Open a picture by rasterio, by its own driver.
+def remote_options(path: Path | RemoteRaster, opened: Door) -> dict[str, str]:
+    """Return GDAL's settings to read a picture through an open door, with this computer's own ones for the rest."""
+    return OPTIONS | opened.options(path if isinstance(path, RemoteRaster) else None)
+
+
+def open_picture(path: Path | RemoteRaster, *, is_checked: bool = False, hosts: Hosts = ()) -> Any:
+    """Open a picture by rasterio, by its own driver; one of a server within `remote_options`.
 
     Args:
         path: The picture.
         is_checked: `check_vrt` has passed it: that of a city takes a second.
+        hosts: Those that a VRT may name.
 
     Raises UnsafeError, OSError, ImportError, and rasterio's errors.
     """
     opened = rasterio().open
+    if isinstance(path, RemoteRaster):
+        return opened(path.gdal_name, driver="JP2OpenJPEG" if path.name.endswith(".jp2") else "GTiff")
     driver = driver_of(path)
     if driver == "VRT" and not is_checked:
-        check_vrt(path)
+        check_vrt(path, hosts)
     return opened(path, driver=driver)

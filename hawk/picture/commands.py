@@ -19,16 +19,17 @@ from typing import TYPE_CHECKING, Any, Final
 from pydantic import TypeAdapter
 
 from hawk.config import options as values
-from hawk.config.addresses import MOST_PORT
+from hawk.config.addresses import MOST_PORT, check_place
 from hawk.config.loader import load_settings
 from hawk.config.sections import ConfigError
 from hawk.picture.inbox.folder import SETTLE_S
-from hawk.picture.work_folder import is_ours, kept_source, other_private, other_source
+from hawk.picture.work_folder import is_ours, kept_source, name_of, other_private, other_source
 from hawk.runtime.late import late
 from hawk.runtime.process import ParentGoneError, kill_with_parent
 
 if TYPE_CHECKING:
     from hawk.daemon import desk, start_checks
+    from hawk.formats import remote
     from hawk.picture import check_files, files, ingest, lot_files, lot_report, progress, report, sources
     from hawk.picture import values as errors
     from hawk.picture.city import scheduler
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 else:
     desk = late("hawk.daemon.desk")
     start_checks = late("hawk.daemon.start_checks")
+    remote = late("hawk.formats.remote")
     check_files = late("hawk.picture.check_files")
     files = late("hawk.picture.files")
     ingest = late("hawk.picture.ingest")
@@ -68,7 +70,8 @@ def add_map_command(commands: Any) -> None:
     parser = commands.add_parser(COMMAND, help="find the stalls in photographs, a film or an orthophoto")
     parser.add_argument(
         "source", type=_source, metavar="SOURCE", nargs="?",
-        help="an orthophoto (GeoTIFF, VRT, JPEG or PNG with a world file), a folder of a drone's photographs, a film "
+        help="an orthophoto (GeoTIFF, VRT, JPEG or PNG with a world file; https:// and s3:// "
+        "with --allow-host), a folder of a drone's photographs, a film "
         "(.mp4, .mov) with its .srt or a flight log, a recording (.mcap), or the folder of a WebODM project",
     )  # fmt: skip
     parser.add_argument(
@@ -103,6 +106,10 @@ def _add_orthophoto(group: Any) -> None:
     group.add_argument(
         "--check", type=values.whole(1, _MOST_CHECKED), metavar="N",
         help="draw N windows for checking by eye into --out/check, more where the network is less sure",
+    )  # fmt: skip
+    group.add_argument(
+        "--allow-host", type=_host, action="append", metavar="HOST",
+        help="host that may be asked for the picture (https://, s3://), or for what a VRT names; repeat it for more",
     )  # fmt: skip
     group.add_argument("--seed", type=values.whole(0), metavar="N", help="seed of that drawing (1)")
     group.add_argument(
@@ -181,13 +188,28 @@ def _add_inbox(group: Any) -> None:
     group.add_argument("--parent-pid", type=values.pid, metavar="PID", help=argparse.SUPPRESS)
 
 
-def _source(text: str) -> Path:
+def _source(text: str) -> Path | remote.RemoteRaster:
     if "://" in text or text.startswith("/vsi"):
-        raise argparse.ArgumentTypeError(f"{text} is on another computer, which is not asked: copy the picture here")
+        said = remote.without_secrets(text)
+        try:
+            named = remote.RemoteRaster.of(text)
+        except remote.RemoteError as error:
+            raise argparse.ArgumentTypeError(f"{said} {error}") from None
+        if named is None:
+            words = "is on another computer, which is not asked: copy the picture here, or name https:// or s3://"
+            raise argparse.ArgumentTypeError(f"{said} {words}")
+        return named
     found = values.path(text)
     if not found.exists():
         raise argparse.ArgumentTypeError(f"{text} is not there: name a picture, a film or a folder")
     return found
+
+
+def _host(text: str) -> remote.AllowedHost:
+    try:
+        return remote.AllowedHost(*check_place(text))
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def _flight(text: str) -> errors.FlightId:
@@ -205,7 +227,7 @@ def _scheduler(text: str) -> str:
 
 
 def _needs_network(options: argparse.Namespace) -> bool:
-    return options.page or options.scheduler is not None or (options.workers or 1) > 1
+    return options.page or bool(options.allow_host) or options.scheduler is not None or (options.workers or 1) > 1
 
 
 def _run(options: argparse.Namespace) -> int:
@@ -226,7 +248,7 @@ def _run(options: argparse.Namespace) -> int:
         workers=options.workers, scheduler=_named_scheduler(options), height_m=options.height, lenses=options.lenses,
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
-        taken=options.taken, flight=options.flight,
+        taken=options.taken, flight=options.flight, allow_host=_hosts(options) or None,
     )  # fmt: skip
     try:
         with kept_source(options.out, options.source, options.private):
@@ -264,6 +286,27 @@ def _draw_check(options: argparse.Namespace, mapped: errors.PictureSurvey) -> No
     print(json.dumps({"event": "check", "folder": str(folder)}) if options.json else words)
 
 
+def _hosts(options: argparse.Namespace) -> remote.Hosts:
+    return tuple(options.allow_host or ())
+
+
+def _check_host(options: argparse.Namespace) -> None:
+    """Refuse a source of a host that is not allowed. Raises ConfigError."""
+    if isinstance(options.source, Path):
+        return
+    if options.source.is_s3:
+        is_closed, host = not options.allow_host, "s3.REGION.amazonaws.com"
+    else:
+        host, port = options.source.place()
+        is_closed = not any(allowed.fits(host, port) for allowed in _hosts(options))
+        host = host if port in (80, 443) else f"{host}:{port}"
+    if is_closed:
+        words = (
+            f"is on another computer, which is not asked: copy the picture here, or allow its host: --allow-host {host}"
+        )
+        raise ConfigError(f"SOURCE: {options.source} {words}")
+
+
 def _check_watch(options: argparse.Namespace) -> None:
     """Refuse options that an inbox has no use for. Raises ConfigError naming one and the remedy."""
     own = {"watch", "settle", "store", "json", "action", "boxed", *_PASSED_ON}
@@ -294,6 +337,7 @@ def _check(options: argparse.Namespace) -> None:
     for name in ("source", "out"):
         if getattr(options, name) is None:
             raise ConfigError(f"{_written(name)}: is needed without --watch (see map --help)")
+    _check_host(options)
     if options.settle is not None:
         raise ConfigError("--settle: only together with --watch")
     is_file = options.out.exists() and not options.out.is_dir()
@@ -309,7 +353,7 @@ def _check(options: argparse.Namespace) -> None:
             "that work, or a new one without --resume"
         )
     elif (other := other_source(options.out, options.source)) is not None:
-        is_alike = other == options.source.resolve().name
+        is_alike = other == name_of(options.source)
         words = f"{other} with other pictures" if is_alike else other
         raise ConfigError(f"--out: {options.out} holds the work on {words}; name another folder")
     elif problem := other_private(options.out, options.private):

@@ -16,6 +16,7 @@ from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats import gdal
 from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
+from hawk.formats.remote import Hosts, RemoteRaster
 from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
@@ -33,7 +34,7 @@ from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress,
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
-_OF_ORTHOPHOTOS: Final = ("outline", "private", "check", "checked")
+_OF_ORTHOPHOTOS: Final = ("outline", "private", "check", "checked", "allow_host")
 _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
@@ -41,7 +42,7 @@ _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 class MapRequest:
     """A source with the options of the command line."""
 
-    source: Path
+    source: Path | RemoteRaster
     out: Path
     model: Path | None = None
     outline: Path | None = None
@@ -63,7 +64,15 @@ class MapRequest:
     name: str | None = None
     taken: float | None = None
     flight: FlightId | None = None
+    allow_host: Hosts | None = None
     now: float = field(default_factory=time.time)
+
+    @property
+    def local(self) -> Path:
+        """The source on this computer. Raises PictureError for one of a server."""
+        if isinstance(self.source, Path):
+            return self.source
+        raise PictureError(f"{self.source}: only orthophotos are read from servers; copy it here")
 
 
 def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
@@ -71,6 +80,8 @@ def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     if asked.name is not None:
         asked = replace(asked, name=_lot_name(asked.name))
     source = asked.source
+    if isinstance(source, RemoteRaster):
+        return _orthophoto(asked, progress)
     if source.is_dir():
         if webodm.is_project(source):
             return _project(asked, progress)
@@ -136,13 +147,14 @@ def _is_placed(path: Path) -> bool:
 def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = None) -> PictureSurvey:
     """Map an orthophoto; that of a ``project`` is called as it: all orthophotos of projects have one name."""
     _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", "place", *_OF_FILMS)
-    picture = asked.source.resolve()
+    picture = asked.source if isinstance(asked.source, RemoteRaster) else asked.source.resolve()
     name, title = (picture.name, "") if project is None else (project.name, fitting_name(project.name))
     work = CityWork(
         picture,
         out=asked.out,
         outline=asked.outline,
         private=asked.private,
+        hosts=asked.allow_host or (),
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,
         crs=asked.crs,
@@ -155,7 +167,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
 def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
     _refuse(asked, "a folder of photographs", *_OF_ORTHOPHOTOS, "crs", "workers", "scheduler", *_OF_FILMS)
     read = read_folder(
-        asked.source,
+        asked.local,
         lenses=asked.lenses,
         calibration=calibration_of(asked.calibration),
         height_m=asked.height_m,
@@ -163,7 +175,7 @@ def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
         place=asked.place,
     )
     _check_times(asked, read.shots, MomentSource.EXIF if read.time_is_sure else MomentSource.CAMERA)
-    name = asked.source.resolve().name if asked.flight is None else asked.flight.name
+    name = asked.local.resolve().name if asked.flight is None else asked.flight.name
     provenance = _provenance(asked, name, SourceKind.PHOTOGRAPHS, read)
     return _of_shots(asked, provenance, read, Files(), progress)
 
@@ -171,10 +183,10 @@ def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
 def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a film, or a recording, which has its own places and lens."""
     _refuse(asked, "a film", *_OF_ORTHOPHOTOS, "crs", "workers", "scheduler", "group", "place")
-    if asked.source.suffix.lower() == ".mcap":
+    if asked.local.suffix.lower() == ".mcap":
         _refuse(asked, "a recording", "lenses", "calibration", *_OF_FILMS)
     film = read_film(
-        asked.source,
+        asked.local,
         log=asked.log,
         log_offset_s=asked.log_offset_s,
         lens=LensChoice(calibration_of(asked.calibration), asked.hfov_deg, asked.focal35_mm, asked.lenses),
@@ -183,7 +195,7 @@ def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
     )
     try:
         _check_times(asked, film.shots, MomentSource.GNSS if film.time_is_sure else MomentSource.CAMERA)
-        provenance = _provenance(asked, asked.source.name, SourceKind.FILM, film)
+        provenance = _provenance(asked, asked.local.name, SourceKind.FILM, film)
         return _of_shots(asked, provenance, film, film, progress)
     finally:
         film.close()
@@ -191,16 +203,16 @@ def _film(asked: MapRequest, progress: Progress) -> PictureSurvey:
 
 def _project(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a project of OpenDroneMap: its orthophoto, or its photographs where it has none."""
-    folder = asked.source.resolve()
-    picture = webodm.orthophoto(asked.source)
+    folder = asked.local.resolve()
+    picture = webodm.orthophoto(asked.local)
     if picture is not None:
         return _orthophoto(replace(asked, source=picture), progress, folder)
     no_use = (*_OF_ORTHOPHOTOS, "crs", "workers", "scheduler", "lenses", "calibration", "group", "place")
     _refuse(asked, "a WebODM project", *no_use, *_OF_FILMS)
-    read = webodm.read_project(asked.source, height_m=asked.height_m)
+    read = webodm.read_project(asked.local, height_m=asked.height_m)
     _check_times(asked, read.shots, MomentSource.CAMERA)
     provenance = _provenance(asked, folder.name, SourceKind.PHOTOGRAPHS, read)
-    return replace(_of_shots(asked, provenance, read, Files(), progress), crs=webodm.system_of(asked.source))
+    return replace(_of_shots(asked, provenance, read, Files(), progress), crs=webodm.system_of(asked.local))
 
 
 def _provenance(asked: MapRequest, name: str, kind: SourceKind, read: ShotSet | None = None) -> Provenance:

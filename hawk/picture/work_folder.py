@@ -24,6 +24,7 @@ from hawk.runtime.files import replace_whole
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:
+    from hawk.formats.remote import RemoteRaster
     from hawk.picture import values
 else:  # the command line checks its options without numpy
     values = late("hawk.picture.values")
@@ -65,8 +66,10 @@ class WorkSource:
     pictures: frozenset[tuple[str, int, int]]
 
     @classmethod
-    def of(cls, source: Path) -> WorkSource:
-        """Return that of a file or folder. Raises OSError where it cannot be read."""
+    def of(cls, source: Path | RemoteRaster) -> WorkSource:
+        """Return that of a file, a folder or a raster of a server. Raises OSError where it cannot be read."""
+        if not isinstance(source, Path):
+            return cls(Path(str(source)), frozenset())
         if not source.is_dir():
             return cls(source.resolve(), frozenset([_facts(source)]))
         folders = [source / name for name in _WITHIN]
@@ -95,16 +98,21 @@ class WorkSource:
         return {"source": str(self.path), "pictures": sorted(self.pictures)[:_MOST_KEPT]}
 
 
-def other_source(folder: Path, source: Path) -> str | None:
+def other_source(folder: Path, source: Path | RemoteRaster) -> str | None:
     """Return the name of the source whose work a folder holds where ``source`` is another one, else None."""
     kept = WorkSource.kept_in(folder)
     if kept is None:
         name = _reported(folder / REPORT, "survey_source").partition(" ")[2]
-        return None if name in ("", source.resolve().name) else name
+        return None if name in ("", name_of(source)) else name
     try:
         return None if kept.is_same(WorkSource.of(source)) else kept.path.name
     except OSError:  # mapping it says why it cannot be read
         return None
+
+
+def name_of(source: Path | RemoteRaster) -> str:
+    """Return the name of a source, that of the file itself where it is a link."""
+    return source.resolve().name if isinstance(source, Path) else source.name
 
 
 def other_private(folder: Path, private: Path | None) -> str:
@@ -122,7 +130,7 @@ def other_private(folder: Path, private: Path | None) -> str:
 
 
 @contextlib.contextmanager
-def kept_source(folder: Path, source: Path, private: Path | None = None) -> Iterator[None]:
+def kept_source(folder: Path, source: Path | RemoteRaster, private: Path | None = None) -> Iterator[None]:
     """Keep in a folder what source its work is of, from before the work; where none was done, it goes again.
 
     ``private``: file of areas that no picture shows. Raises PictureError where the folder cannot be written.

@@ -42,7 +42,7 @@ def fitting_detector(job: Job) -> TileDetector:
         raise PictureError(f"does not see the folder {job.folder}; share it with this computer, at the same path")
     results.prepare()
     try:
-        seen = open_orthophoto(job.source.path, job.crs)
+        seen = open_orthophoto(job.source.path, job.crs, job.source.hosts)
     except PictureError as error:
         raise PictureError(f"{error} (share the picture with this computer, at the same path)") from error
     if seen.identity != job.source.identity:

@@ -14,6 +14,7 @@ from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 
 from hawk.algo.vision.network import EngineChoice
+from hawk.formats.remote import Hosts, RemoteRaster
 from hawk.lots.survey.source import SourceKind
 from hawk.picture.city.job import Job, LoadDetector
 from hawk.picture.city.scheduler import Scheduler
@@ -45,9 +46,10 @@ class CityWork:
         load: Loads the detector; workers import it by its name.
         provenance: Name of the picture, and what a person says of it; None: that of its file.
         private: A file with areas that nobody may look at: no window and no picture shows them.
+        hosts: Those that may be asked for the picture, or for what it names.
     """
 
-    path: Path
+    path: Path | RemoteRaster
     _: KW_ONLY
     out: Path
     outline: Path | LotOutline | None = None
@@ -60,6 +62,7 @@ class CityWork:
     load: LoadDetector = TileDetector.load
     provenance: Provenance | None = None
     private: Path | None = None
+    hosts: Hosts = ()
 
     def check(self) -> None:
         """Raise PictureError where its workers cannot be had."""
@@ -135,12 +138,13 @@ def map_city(
     """
     work.check()
     started = start(
-        work.path.resolve(),
+        work.path if isinstance(work.path, RemoteRaster) else work.path.resolve(),
         outline=work.outline,
         crs=work.crs,
         load=lambda: work.load(work.model, work.engine),
         core_m=work.core_m,
         private=work.private,
+        hosts=work.hosts,
     )
     accept(started.source)
     results = Results(work.out.resolve())

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
+import time
 import warnings
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
@@ -19,6 +21,17 @@ import cv2
 import numpy as np
 
 from hawk.formats import gdal
+from hawk.formats.remote import (
+    Door,
+    Hosts,
+    RemoteError,
+    RemoteFacts,
+    RemoteRaster,
+    check_part,
+    door,
+    facts_of,
+    without_secrets,
+)
 from hawk.lots.survey.moments import CaptureTime, MomentSource
 from hawk.picture.orthophoto import bands as band_choice
 from hawk.picture.orthophoto.bands import Bands, Pixels
@@ -61,9 +74,10 @@ class Orthophoto:
     files that it names. ``taken``: when it was taken, as far as its file says.
     ``has_overviews``: its ground can be seen as a whole at little cost. ``notes``: sentences for its reader.
     ``private``: rings (column, row) of ground that nobody may look at: it is read as ground that the picture lacks.
+    ``hosts``: those that a person allows to ask for it, or for what it names.
     """
 
-    path: Path
+    path: Path | RemoteRaster
     grid: PixelGrid
     bands: Bands
     crs: str
@@ -72,6 +86,7 @@ class Orthophoto:
     has_overviews: bool = False
     notes: tuple[str, ...] = ()
     private: tuple[PixelRing, ...] = field(default=(), repr=False)
+    hosts: Hosts = ()
 
     def private_in(self, box: Box) -> tuple[PixelRing, ...]:
         """Return the private rings whose bounds touch a box."""
@@ -90,7 +105,7 @@ class Orthophoto:
         columns, rows = (right - left) // step, (bottom - top) // step
         image, valid = np.empty((rows, columns, 3), np.uint8), np.empty((rows, columns), np.bool_)
         high = max(1, _STRIP_PIXELS // max(1, (right - left) * step))  # rows of the result at once
-        with open_dataset(self.path, is_checked=True) as dataset:
+        with open_dataset(self.path, is_checked=True, hosts=self.hosts) as dataset:
             for row in range(0, rows, high):
                 last = min(row + high, rows)
                 part = self._strip(dataset, (left, top + row * step, left + columns * step, top + last * step))
@@ -114,38 +129,73 @@ class Orthophoto:
             return None
         scale = max(1.0, max(self.grid.columns, self.grid.rows) / most)
         size = (max(1, round(self.grid.rows / scale)), max(1, round(self.grid.columns / scale)))
-        with open_dataset(self.path, is_checked=True) as dataset:
+        with open_dataset(self.path, is_checked=True, hosts=self.hosts) as dataset:
             valid = band_choice.valid_pixels(dataset, self.bands, None, size)
         return valid[::-1] if self.grid.is_mirrored else valid
 
 
-def open_orthophoto(path: Path, crs: str | None = None) -> Orthophoto:
+def open_orthophoto(path: Path | RemoteRaster, crs: str | None = None, hosts: Hosts = ()) -> Orthophoto:
     """Open a picture.
 
     Args:
-        path: The file.
+        path: The file, or raster of a server.
         crs: Its system of coordinates, in place of what the file says; None: that of the file.
+        hosts: Those that may be asked for it, or for what a VRT names.
 
     Raises:
         PictureError: It is no such file, has no place on Earth, is too coarse, or the extra ``pictures`` is missing.
     """
-    if not path.is_file():
+    if isinstance(path, Path) and not path.is_file():
         raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
     parts = _parts(path)  # GDAL looks for them where it reads them, and not even there if it has kept them
-    with open_dataset(path) as dataset:
-        _check_work(dataset, path, parts)
+    facts = _remote_facts(path, parts, hosts)
+    with open_dataset(path, hosts=hosts) as dataset:
+        _check_work(dataset, path, parts, facts)
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
         notes = [*_scale_notes(grid, path.name), *_level_notes(chosen)]
         taken = _time_of(dataset, path)
+        files = [] if isinstance(path, RemoteRaster) else [str(path), *dataset.files, *map(str, parts)]
         factors = dataset.overviews(1)
         has_overviews = bool(factors) and max(factors) >= _LEAST_MASK_STEP
-        identity = _identity([str(path), *dataset.files, *map(str, parts)])
-    return Orthophoto(path, grid, chosen, short, identity, taken, has_overviews, tuple(notes))
+        identity = _identity(files, facts)
+    return Orthophoto(path, grid, chosen, short, identity, taken, has_overviews, tuple(notes), hosts=hosts)
+
+
+def _remote_facts(
+    path: Path | RemoteRaster, parts: Iterable[Path], hosts: Hosts
+) -> dict[RemoteRaster, RemoteFacts | None]:
+    """Return the rasters of servers that a picture needs, with their facts, None of S3. Raises PictureError."""
+    try:
+        if isinstance(path, RemoteRaster):
+            rasters = {path}
+        elif hosts:
+            gdal.check_vrt(path, hosts) if gdal.driver_of(path) == "VRT" else None
+            names = {name for each in (path, *parts) for name, local in gdal.sources_of(each) if local is None}
+            rasters = {part for name in names if (part := check_part(name, hosts)) is not None}
+        else:
+            return {}
+        facts = facts_of(rasters, hosts)
+    except (RemoteError, gdal.UnsafeError, OSError) as error:
+        raise PictureError(f"{path.name}: {error}") from error
+    for each, found in facts.items():
+        if found.kind.name not in gdal.DRIVERS or found.kind.name == "VRT":
+            remedy = "copy the VRT here" if found.kind.name == "VRT" else found.kind.remedy or "name a GeoTIFF"
+            raise PictureError(f"{each}: {found.kind.words}: {remedy}")
+    return {each: facts.get(each) for each in rasters}
 
 
 @contextlib.contextmanager
-def open_dataset(path: Path, *, is_checked: bool = False) -> Iterator[Any]:
+def _outer_options(path: Path | RemoteRaster, hosts: Hosts) -> Iterator[tuple[Door | None, dict[str, str]]]:
+    if not hosts:
+        yield None, {}
+        return
+    with door(hosts) as opened:
+        yield opened, gdal.remote_options(path, opened)
+
+
+@contextlib.contextmanager
+def open_dataset(path: Path | RemoteRaster, *, is_checked: bool = False, hosts: Hosts = ()) -> Iterator[Any]:
     """Open a picture as `hawk.formats.gdal` does. Raises PictureError for what cannot be opened or read."""
     try:
         load("pyproj")  # of the same extra
@@ -153,22 +203,36 @@ def open_dataset(path: Path, *, is_checked: bool = False) -> Iterator[Any]:
     except ImportError as error:
         words = f"rasterio and pyproj are not installed, which read orthophotos: {remedy('pictures')}"
         raise PictureError(words) from error
+    with _outer_options(path, hosts) as (opened, options):
+        try:
+            with rasterio.Env(GDAL_CACHEMAX=_CACHE_MIB, **options), warnings.catch_warnings():
+                warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+                with gdal.open_picture(path, is_checked=is_checked, hosts=hosts) as dataset:
+                    yield dataset
+        except rasterio.errors.RasterioError as error:
+            _parts(path)
+            raise PictureError(f"{path.name}: {_unreadable(error, opened)}") from None if opened else error
+        except (gdal.UnsafeError, OSError) as error:
+            said = error.strerror if isinstance(error, OSError) else None
+            raise PictureError(f"{path.name}: {said or error}") from error
+
+
+def _unreadable(error: Exception, opened: Door | None) -> str:
+    """Return why GDAL does not read a picture, and the remedy; no address has its secrets in it."""
     try:
-        with rasterio.Env(GDAL_CACHEMAX=_CACHE_MIB), warnings.catch_warnings():
-            warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
-            with gdal.open_picture(path, is_checked=is_checked) as dataset:
-                yield dataset
-    except rasterio.errors.RasterioError as error:
-        _parts(path)
-        reason = str(error.__cause__ or error).splitlines()[0][:160]
-        raise PictureError(f"{path.name}: cannot be read as a picture ({reason}); export it again") from error
-    except (gdal.UnsafeError, OSError) as error:
-        said = error.strerror if isinstance(error, OSError) else None
-        raise PictureError(f"{path.name}: {said or error}") from error
+        if opened is not None:
+            opened.check()
+    except RemoteError as closed:
+        return str(closed)
+    reason = without_secrets(str(error.__cause__ or error).splitlines()[0])[:160]
+    remedy = "export it again" if opened is None else "try again later, or copy it here"
+    return f"cannot be read as a picture ({reason}); {remedy}"
 
 
-def _parts(path: Path) -> list[Path]:
+def _parts(path: Path | RemoteRaster) -> list[Path]:
     """Return the files that a VRT names. Raises PictureError where some are not there."""
+    if isinstance(path, RemoteRaster):
+        return []
     parts = parts_of(path)
     if missing := missing_parts(parts):
         raise PictureError(
@@ -178,7 +242,9 @@ def _parts(path: Path) -> list[Path]:
     return parts
 
 
-def _check_work(dataset: Any, path: Path, parts: Iterable[Path]) -> None:
+def _check_work(
+    dataset: Any, path: Path | RemoteRaster, parts: Iterable[Path], facts: dict[RemoteRaster, RemoteFacts | None]
+) -> None:
     """Refuse a picture that would take more memory or time than its files can have ground. Raises PictureError."""
     wide, high = max(dataset.block_shapes, key=lambda shape: shape[0] * shape[1], default=(1, 1))
     deep = max((np.dtype(kind).itemsize for kind in dataset.dtypes if not kind.startswith("complex_int")), default=8)
@@ -188,7 +254,9 @@ def _check_work(dataset: Any, path: Path, parts: Iterable[Path]) -> None:
             f"{path.name}: is stored in parts of {block / 1e6:,.0f} MB, each of which is read as a whole; store it in "
             f"tiles: gdal_translate -co TILED=YES {path.name} tiled.tif"
         )
-    pixels, size = dataset.width * dataset.height, 0
+    pixels, size = dataset.width * dataset.height, 0.0
+    for known in facts.values():
+        size += math.inf if known is None else known.size
     for each in {str(path), *dataset.files, *map(str, parts)}:
         with contextlib.suppress(OSError):
             size += Path(each).stat().st_size
@@ -199,7 +267,7 @@ def _check_work(dataset: Any, path: Path, parts: Iterable[Path]) -> None:
         )
 
 
-def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:
+def _placed(dataset: Any, path: Path | RemoteRaster, crs: str | None) -> tuple[PixelGrid, str]:
     """Return the grid of a file and the short name of its system."""
     if dataset.transform.is_identity:
         points, _ = dataset.gcps
@@ -221,8 +289,10 @@ def _placed(dataset: Any, path: Path, crs: str | None) -> tuple[PixelGrid, str]:
     return measure_grid(PixelGrid(dataset.width, dataset.height, text, (a, b, c, d, e, f)), path.name), short
 
 
-def _projection_file(path: Path) -> str:
+def _projection_file(path: Path | RemoteRaster) -> str:
     """Return the system that ``NAME.prj`` beside a picture names, "" without one."""
+    if isinstance(path, RemoteRaster):
+        return ""
     beside = path.with_suffix(".prj")
     return beside.read_text(errors="replace").strip() if beside.is_file() else ""
 
@@ -251,25 +321,30 @@ def _level_notes(bands: Bands) -> list[str]:
     return [f"The picture has 16 bits: brightness {low:.0f} is shown as black and {high:.0f} as white."]
 
 
-def _time_of(dataset: Any, path: Path) -> CaptureTime:
+def _time_of(dataset: Any, path: Path | RemoteRaster) -> CaptureTime:
     """Return when a picture was taken: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's."""
     with contextlib.suppress(ValueError):
         said = f"{dataset.tags().get('TIFFTAG_DATETIME', '')} +0000"
         moment = datetime.strptime(said, "%Y:%m:%d %H:%M:%S %z")
         return CaptureTime(moment.timestamp(), MomentSource.TAG, is_sure=False)
+    if isinstance(path, RemoteRaster):
+        return CaptureTime(time.time(), MomentSource.FILE, is_sure=False)
     return CaptureTime(path.stat().st_mtime, MomentSource.FILE, is_sure=False)
 
 
-def _identity(files: Iterable[str]) -> str:
+def _identity(files: Iterable[str], facts: dict[RemoteRaster, RemoteFacts | None]) -> str:
     """Return the place, size and time of change of each file that a picture consists of, as JSON."""
-    found = []
+    found: list[list[str | int]] = [
+        [str(each), 0, 0] if known is None else [str(each), known.size, known.version]
+        for each, known in sorted(facts.items(), key=lambda pair: str(pair[0]))
+    ]
     for name in sorted({str(Path(each).resolve()) for each in files}):
         try:
-            facts = Path(name).stat()
+            status = Path(name).stat()
         except OSError:  # within an archive, or on another computer
             found.append([name, 0, 0])
         else:
-            found.append([name, facts.st_size, facts.st_mtime_ns])
+            found.append([name, status.st_size, status.st_mtime_ns])
     return json.dumps(found)
 
 

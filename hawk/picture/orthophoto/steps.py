@@ -16,6 +16,7 @@ import numpy as np
 
 from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
+from hawk.formats.remote import Hosts, RemoteRaster
 from hawk.picture.orthophoto.lots import SurveysByLot
 from hawk.picture.orthophoto.outline import LotOutline, read_outline, read_private
 from hawk.picture.orthophoto.sample import PictureSample
@@ -44,13 +45,14 @@ class MappingPlan:
 
 
 def start(
-    path: Path,
+    path: Path | RemoteRaster,
     *,
     outline: Path | LotOutline | None,
     crs: str | None,
     load: Callable[[], TileDetector],
     core_m: float = CORE_M,
     private: Path | None = None,
+    hosts: Hosts = (),
 ) -> MappingPlan:
     """Open a picture and name its windows.
 
@@ -61,11 +63,12 @@ def start(
         load: Loads the detector.
         core_m: Side of a window's core, metres.
         private: A file with areas that nobody may look at.
+        hosts: Those that may be asked for it.
 
     Raises:
         PictureError: The picture, the outlines or the network cannot be used; the text has the remedy.
     """
-    source = open_orthophoto(path, crs)
+    source = open_orthophoto(path, crs, hosts)
     if private is not None:
         source = replace(source, private=_private_rings(source, private))
     lots = _near(source, outline)

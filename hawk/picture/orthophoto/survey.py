@@ -15,6 +15,7 @@ from shapely import Polygon
 from hawk.algo.mapper.vehicles import SHOWN
 from hawk.algo.vision.network import VEHICLE_KINDS
 from hawk.exports.values import UNSEEN, LatLon, Observation
+from hawk.formats.remote import RemoteRaster
 from hawk.lots.registration.georeference import about
 from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M, LandingFacts
 from hawk.lots.survey.source import Limit, SourceKind
@@ -239,7 +240,7 @@ def _notes(stalls: Stalls, outside: int, *, has_picture: bool) -> Iterator[str]:
 
 def _place_name(source: Orthophoto, outline: LotOutline | None) -> str:
     """Return what names the ground of a survey: the picture, with the lots that limit it: a city has many."""
-    place = source.path.resolve().as_uri()
+    place = str(source.path) if isinstance(source.path, RemoteRaster) else source.path.resolve().as_uri()
     if outline is None:
         return place
     rounded = (shapely.transform(lot, lambda at: np.round(at, _SAME_DIGITS)) for lot in outline.shapes)

@@ -290,6 +290,7 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
             ),
             ((__file__, "--out", "o"), NOT_THERE),
         ),
+        "--allow-host": ((__file__, "--out", "o"), (*NO_HOST, "https://tiles.example", "tiles.example:0")),
         "--check": ((__file__, "--out", "o"), ("0", "-1", "1.5", "x", "")),
         "--seed": ((__file__, "--out", "o", "--check", "9"), ("-1", "1.5", "x", "")),
         **dict.fromkeys(("--crs", "--scheduler", "--name"), ((__file__, "--out", "o"), EMPTY)),

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 from pathlib import Path
 
@@ -15,6 +16,7 @@ from hawk.config.sections import Config
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
 from tests.drawn_worlds import drawn_world
+from tests.raster_server import raster_server
 from tests.unit.picture.orthophoto.drawn import lot_picture, write
 
 
@@ -210,10 +212,55 @@ def test_a_survey_without_stalls_is_no_lot_in_the_report_as_in_the_store(
 
 
 @pytest.mark.parametrize(
-    "source", ["https://tiles.example/city.tif", "s3://tiles/city.tif", "/vsicurl/https://x/c.tif"]
+    ("source", "words"),
+    [
+        (
+            "https://tiles.example/city.tif?sig=secret",
+            "https://tiles.example/city.tif is .*: --allow-host tiles.example$",
+        ),
+        ("https://tiles.example:444/city.tif", "is on another computer, .*: --allow-host tiles.example:444$"),
+        ("s3://tiles/city.tif", "s3://tiles/city.tif is on another .*: --allow-host s3.REGION.amazonaws.com$"),
+        (
+            "/vsicurl/https://x/c.tif",
+            "https://x/c.tif is on another computer, which is not asked: copy the picture here",
+        ),
+        ("/vsizip/vsicurl/https://x/c.zip?secret", "/vsizip/vsicurl/https://x/c.zip is .*, or name https:// or s3://$"),
+        ("https://me:secret@x/c.tif", "https://x/c.tif has a user or password in its address"),
+    ],
 )
 def test_a_picture_of_another_computer_is_refused_with_the_remedy(
-    source: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    source: str, words: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert main(["map", source, "--out", str(tmp_path / "out")]) == 2
-    assert f"{source} is on another computer, which is not asked: copy the picture here" in capsys.readouterr().err
+    hosts = [] if source.startswith("s3") else ["--allow-host", "other.example"]
+    assert main(["map", source, "--out", str(tmp_path / "out"), *hosts]) == 2
+    said = capsys.readouterr().err
+    assert re.search(words, said, re.MULTILINE)
+    assert "secret" not in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("more", [[], ["--workers", "2"]])
+def test_a_picture_of_an_allowed_host_is_mapped_and_gone_on_with(
+    orthophoto: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], more: list[str]
+) -> None:
+    out, local = tmp_path / "out", tmp_path / "local"
+    assert main(["map", str(orthophoto), "--out", str(local)]) == 0
+    with raster_server(orthophoto.read_bytes()) as server:
+        command = [
+            "map",
+            f"http://{server.at}/city.tif?sig=secret",
+            "--out",
+            str(out),
+            "--allow-host",
+            server.at,
+            *more,
+        ]
+        assert main(command) == 0
+        before = {path.name: path.stat().st_mtime_ns for path in (out / "windows").iterdir()}
+        assert main([*command, "--resume"]) == 0
+        assert {path.name: path.stat().st_mtime_ns for path in (out / "windows").iterdir()} == before
+    assert (out / "stalls.csv").read_text() == (local / "stalls.csv").read_text()
+    assert "secret" not in capsys.readouterr().out + "".join(
+        path.read_text(errors="replace") for path in out.rglob("*") if path.is_file()
+    )
