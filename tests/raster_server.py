@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+FACTS = {"ETag": '"1"', "Last-Modified": "Mon, 04 May 2026 10:30:00 GMT"}
 Fault = Literal["", "hangs", "whole", "cut", "missing", "cut later"]
 
 
@@ -56,7 +57,7 @@ def raster_server(content: bytes, fault: Fault = "", redirect: str = "") -> Iter
             begin, end = int(first), min(int(last or len(whole)), len(whole) - 1)
             body = whole[begin : end + 1]
             is_cut = told.fault == "cut" or (told.fault == "cut later" and begin > 0)
-            self._say(206, body, cut=is_cut, **{"Content-Range": f"bytes {begin}-{end}/{len(whole)}", "ETag": '"1"'})
+            self._say(206, body, cut=is_cut, **{"Content-Range": f"bytes {begin}-{end}/{len(whole)}", **FACTS})
             return None
 
         def _say(self, status: int, body: bytes, *, cut: bool = False, **headers: str) -> None:

@@ -17,7 +17,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import fromstring
 
 from hawk.formats.kind import kind_of_file
-from hawk.formats.remote import Door, Hosts, RemoteError, RemoteRaster, check_part, without_secrets
+from hawk.formats.remote_raster import Door, Hosts, RemoteError, RemoteRaster, check_part, without_secrets
 from hawk.runtime.late import load
 
 DRIVERS: Final = {

@@ -29,7 +29,7 @@ from hawk.runtime.process import ParentGoneError, kill_with_parent
 
 if TYPE_CHECKING:
     from hawk.daemon import desk, start_checks
-    from hawk.formats import remote
+    from hawk.formats import remote_raster
     from hawk.picture import check_files, files, ingest, lot_files, lot_report, progress, report, sources
     from hawk.picture import values as errors
     from hawk.picture.city import scheduler
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 else:
     desk = late("hawk.daemon.desk")
     start_checks = late("hawk.daemon.start_checks")
-    remote = late("hawk.formats.remote")
+    remote_raster = late("hawk.formats.remote_raster")
     check_files = late("hawk.picture.check_files")
     files = late("hawk.picture.files")
     ingest = late("hawk.picture.ingest")
@@ -188,12 +188,12 @@ def _add_inbox(group: Any) -> None:
     group.add_argument("--parent-pid", type=values.pid, metavar="PID", help=argparse.SUPPRESS)
 
 
-def _source(text: str) -> Path | remote.RemoteRaster:
+def _source(text: str) -> Path | remote_raster.RemoteRaster:
     if "://" in text or text.startswith("/vsi"):
-        said = remote.without_secrets(text)
+        said = remote_raster.without_secrets(text)
         try:
-            named = remote.RemoteRaster.of(text)
-        except remote.RemoteError as error:
+            named = remote_raster.RemoteRaster.of(text)
+        except remote_raster.RemoteError as error:
             raise argparse.ArgumentTypeError(f"{said} {error}") from None
         if named is None:
             words = "is on another computer, which is not asked: copy the picture here, or name https:// or s3://"
@@ -205,9 +205,9 @@ def _source(text: str) -> Path | remote.RemoteRaster:
     return found
 
 
-def _host(text: str) -> remote.AllowedHost:
+def _host(text: str) -> remote_raster.AllowedHost:
     try:
-        return remote.AllowedHost(*check_place(text))
+        return remote_raster.AllowedHost(*check_place(text))
     except ValueError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
@@ -286,7 +286,7 @@ def _draw_check(options: argparse.Namespace, mapped: errors.PictureSurvey) -> No
     print(json.dumps({"event": "check", "folder": str(folder)}) if options.json else words)
 
 
-def _hosts(options: argparse.Namespace) -> remote.Hosts:
+def _hosts(options: argparse.Namespace) -> remote_raster.Hosts:
     return tuple(options.allow_host or ())
 
 

@@ -16,7 +16,7 @@ from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats import gdal
 from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
-from hawk.formats.remote import Hosts, RemoteRaster
+from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotInputError, checked_name, fitting_name, utc

@@ -24,7 +24,7 @@ from hawk.runtime.files import replace_whole
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:
-    from hawk.formats.remote import RemoteRaster
+    from hawk.formats.remote_raster import RemoteRaster
     from hawk.picture import values
 else:  # the command line checks its options without numpy
     values = late("hawk.picture.values")

@@ -14,7 +14,7 @@ from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 
 from hawk.algo.vision.network import EngineChoice
-from hawk.formats.remote import Hosts, RemoteRaster
+from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.lots.survey.source import SourceKind
 from hawk.picture.city.job import Job, LoadDetector
 from hawk.picture.city.scheduler import Scheduler

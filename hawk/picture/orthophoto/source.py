@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 
 from hawk.formats import gdal
-from hawk.formats.remote import (
+from hawk.formats.remote_raster import (
     Door,
     Hosts,
     RemoteError,
@@ -154,7 +154,7 @@ def open_orthophoto(path: Path | RemoteRaster, crs: str | None = None, hosts: Ho
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)
         notes = [*_scale_notes(grid, path.name), *_level_notes(chosen)]
-        taken = _time_of(dataset, path)
+        taken = _time_of(dataset, path, facts)
         files = [] if isinstance(path, RemoteRaster) else [str(path), *dataset.files, *map(str, parts)]
         factors = dataset.overviews(1)
         has_overviews = bool(factors) and max(factors) >= _LEAST_MASK_STEP
@@ -170,7 +170,8 @@ def _remote_facts(
         if isinstance(path, RemoteRaster):
             rasters = {path}
         elif hosts:
-            gdal.check_vrt(path, hosts) if gdal.driver_of(path) == "VRT" else None
+            if gdal.driver_of(path) == "VRT":
+                gdal.check_vrt(path, hosts)
             names = {name for each in (path, *parts) for name, local in gdal.sources_of(each) if local is None}
             rasters = {part for name in names if (part := check_part(name, hosts)) is not None}
         else:
@@ -321,14 +322,18 @@ def _level_notes(bands: Bands) -> list[str]:
     return [f"The picture has 16 bits: brightness {low:.0f} is shown as black and {high:.0f} as white."]
 
 
-def _time_of(dataset: Any, path: Path | RemoteRaster) -> CaptureTime:
-    """Return when a picture was taken: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's."""
+def _time_of(dataset: Any, path: Path | RemoteRaster, facts: dict[RemoteRaster, RemoteFacts | None]) -> CaptureTime:
+    """Return when a picture was taken: its own tag (TIFF's DateTime has no zone: UTC is taken), else its file's
+    or server's, else now.
+    """
     with contextlib.suppress(ValueError):
         said = f"{dataset.tags().get('TIFFTAG_DATETIME', '')} +0000"
         moment = datetime.strptime(said, "%Y:%m:%d %H:%M:%S %z")
         return CaptureTime(moment.timestamp(), MomentSource.TAG, is_sure=False)
     if isinstance(path, RemoteRaster):
-        return CaptureTime(time.time(), MomentSource.FILE, is_sure=False)
+        known = facts.get(path)
+        said_then = time.time() if known is None or known.modified is None else known.modified
+        return CaptureTime(said_then, MomentSource.FILE, is_sure=False)
     return CaptureTime(path.stat().st_mtime, MomentSource.FILE, is_sure=False)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
-from hawk.formats.remote import Hosts, RemoteRaster
+from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.picture.orthophoto.lots import SurveysByLot
 from hawk.picture.orthophoto.outline import LotOutline, read_outline, read_private
 from hawk.picture.orthophoto.sample import PictureSample

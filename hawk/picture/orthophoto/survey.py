@@ -15,7 +15,7 @@ from shapely import Polygon
 from hawk.algo.mapper.vehicles import SHOWN
 from hawk.algo.vision.network import VEHICLE_KINDS
 from hawk.exports.values import UNSEEN, LatLon, Observation
-from hawk.formats.remote import RemoteRaster
+from hawk.formats.remote_raster import RemoteRaster
 from hawk.lots.registration.georeference import about
 from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M, LandingFacts
 from hawk.lots.survey.source import Limit, SourceKind

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import csv
 import json
 import re
 import socket
@@ -224,7 +225,10 @@ def test_a_survey_without_stalls_is_no_lot_in_the_report_as_in_the_store(
             "/vsicurl/https://x/c.tif",
             "https://x/c.tif is on another computer, which is not asked: copy the picture here",
         ),
-        ("/vsizip/vsicurl/https://x/c.zip?secret", "/vsizip/vsicurl/https://x/c.zip is .*, or name https:// or s3://$"),
+        (
+            "/vsizip/vsicurl/https://x/c.zip?secret",
+            "/vsizip/vsicurl/https://x/c.zip is .*, or name https:// or s3:// \\(see",
+        ),
         ("https://me:secret@x/c.tif", "https://x/c.tif has a user or password in its address"),
     ],
 )
@@ -260,7 +264,14 @@ def test_a_picture_of_an_allowed_host_is_mapped_and_gone_on_with(
         before = {path.name: path.stat().st_mtime_ns for path in (out / "windows").iterdir()}
         assert main([*command, "--resume"]) == 0
         assert {path.name: path.stat().st_mtime_ns for path in (out / "windows").iterdir()} == before
-    assert (out / "stalls.csv").read_text() == (local / "stalls.csv").read_text()
+    found, same = (
+        [
+            (row["state"], row["latitude"], row["longitude"])
+            for row in csv.DictReader((at / "stalls.csv").read_text().splitlines())
+        ]
+        for at in (out, local)
+    )
+    assert found == same != []
     assert "secret" not in capsys.readouterr().out + "".join(
         path.read_text(errors="replace") for path in out.rglob("*") if path.is_file()
     )

@@ -20,6 +20,7 @@ import urllib.request
 from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from email.utils import parsedate_to_datetime
 from pathlib import PurePosixPath
 from typing import Any, Final, NoReturn
 from urllib.parse import unquote, urlsplit
@@ -129,11 +130,15 @@ class RemoteRaster:
 
 @dataclass(frozen=True, slots=True)
 class RemoteFacts:
-    """Answer of a server about a raster: its kind, bytes in all, and ETag or time of change ("" without)."""
+    """Answer of a server about a raster: its kind, bytes in all, ETag or time of change as text ("" without).
+
+    ``modified``: that time, seconds since 1970; None without.
+    """
 
     kind: Kind
     size: int
     version: str
+    modified: float | None = None
 
 
 def without_secrets(text: str) -> str:
@@ -342,7 +347,10 @@ def _facts(raster: RemoteRaster, opened: Door) -> RemoteFacts:
     except urllib.error.HTTPError as error:
         error.close()
         raise
-    return RemoteFacts(kind_of(head), int(found[2]), version)
+    modified = None
+    with contextlib.suppress(ValueError, TypeError):
+        modified = parsedate_to_datetime(answer.headers.get("Last-Modified")).timestamp()
+    return RemoteFacts(kind_of(head), int(found[2]), version, modified)
 
 
 def _reason(error: Exception) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import socket
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.formats import remote
-from hawk.formats.remote import AllowedHost, RemoteError, RemoteRaster, door
+from hawk.formats import remote_raster
+from hawk.formats.remote_raster import AllowedHost, RemoteError, RemoteRaster, door
 from hawk.picture.orthophoto.source import open_orthophoto
 from hawk.picture.values import PictureError
 from tests.raster_server import RasterServer, raster_server
@@ -43,6 +44,7 @@ def test_a_raster_of_an_allowed_host_is_read_as_the_file_is(tmp_path: Path, cont
         assert {path for _, path, _ in server.requests} == {"/city.tif?sig=secret"}  # nothing beside it is guessed
         assert "secret" not in f"{remote_one!r} {remote_one.identity} {remote_one.path}"
         assert '"\\"1\\""' in remote_one.identity
+        assert remote_one.taken.value == datetime(2026, 5, 4, 10, 30, tzinfo=UTC).timestamp()
         assert str(len(content)) in remote_one.identity
 
 
@@ -107,7 +109,7 @@ def test_a_request_to_s3_is_signed_for_an_allowed_host_alone(content: bytes, mon
 def test_a_server_that_fails_is_named_with_the_remedy(
     content: bytes, monkeypatch: pytest.MonkeyPatch, fault: str, words: str
 ) -> None:
-    monkeypatch.setattr(remote, "TIMEOUT_S", 0.5)
+    monkeypatch.setattr(remote_raster, "TIMEOUT_S", 0.5)
     with raster_server(content, fault) as server:  # type: ignore[arg-type]
         with pytest.raises(PictureError, match=rf"city.tif: .*{words}") as refused:
             open_orthophoto(raster(f"http://{server.at}/city.tif?sig=secret"), hosts=allowed(server))
