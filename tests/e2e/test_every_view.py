@@ -110,9 +110,14 @@ async def problems_of(page: Page, address: str, names: list[str], screenshots: P
 @pytest.mark.parametrize(
     ("size", "theme", "language"),
     [
-        (DESK, "light", "en"),
         (PHONE, "dark", "en"),
-        *nightly((DESK, "dark", "fr"), (DESK, "outdoor", "en"), (PHONE, "light", "fr"), (PHONE, "outdoor", "en")),
+        *nightly(
+            (DESK, "light", "en"),
+            (DESK, "dark", "fr"),
+            (DESK, "outdoor", "en"),
+            (PHONE, "light", "fr"),
+            (PHONE, "outdoor", "en"),
+        ),
     ],
 )
 async def test_axe_finds_nothing_and_tab_reaches_everything(

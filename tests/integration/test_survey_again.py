@@ -20,6 +20,7 @@ from tests.pace import PATIENCE_S
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 
+@pytest.mark.nightly
 async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off(tmp_path: Path) -> None:
     (tmp_path / "store").mkdir()
     store_plan(tmp_path / "store" / "lots.db", generate_world(1).truth_json())

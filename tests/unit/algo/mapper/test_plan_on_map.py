@@ -90,6 +90,7 @@ def test_the_pictures_show_the_state_of_each(flown: OccupancyMap) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_shape_of_the_plan_stays() -> None:
     flight = Flight(TRUTH, plan_of(TRUTH.stalls), noise_m=0.4, miss=0.3)
     flight.fly([*PASS, *PASS[::-1]])
