@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -89,16 +89,24 @@ def last_author(connection: Connection, lot: str) -> str:
 
 
 def lots_ahead(
-    connection: Connection, place: tuple[float, float], is_due: Due = lambda *_: False
+    connection: Connection,
+    place: tuple[float, float] | None,
+    is_due: Due = lambda *_: False,
+    named: Collection[str] | None = None,
 ) -> tuple[LotAhead, ...]:
-    """Return all lots with ground, with their distances from a place (latitude, longitude)."""
-    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    """Return all lots with ground, with their distances from a place (latitude, longitude).
+
+    Without a place each lot counts as near. ``named``: those with these ids or names alone.
+    """
+    wanted = select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)
+    if named is not None:
+        wanted = wanted.where(LOT.c.id.in_(named) | LOT.c.name.in_(named))
     here, found = shapely.Point(0.0, 0.0), []
-    for row in rows:
+    for row in connection.execute(wanted).mappings():
         outline = outline_of(row["outline"])
         if not outline.polygons:
             continue
-        away = float(ground_about(place, outline).distance(here))
+        away = 0.0 if place is None else float(ground_about(place, outline).distance(here))
         count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
         is_near, name = away <= AGAIN_M, str(row["name"])
         newest = newest_survey(connection, row["id"]) if is_near else None
