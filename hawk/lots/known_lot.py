@@ -21,7 +21,7 @@ from hawk.lots.plan.versions import newest_layout, revision_of
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
-from hawk.lots.schema import CHANGE, EDIT, LOT, STALL, SURVEY
+from hawk.lots.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey.order import is_ordered
 from hawk.lots.survey.private_ground import ERROR_M, rings_in
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
@@ -107,11 +107,14 @@ def lots_ahead(
         if not outline.polygons:
             continue
         away = 0.0 if place is None else float(ground_about(place, outline).distance(here))
-        count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
+        stalls, sections = (
+            int(connection.execute(select(func.count()).where(in_plan(table.c, row["id"]))).scalar_one())
+            for table in (STALL, SECTION)
+        )
         is_near, name = away <= AGAIN_M, str(row["name"])
         newest = newest_survey(connection, row["id"]) if is_near else None
         due = newest is not None and is_due(row["id"], name, newest[1])
-        found.append(LotAhead(str(row["id"]), name, int(count), away, outline if is_near else Outline(), due))
+        found.append(LotAhead(str(row["id"]), name, stalls, away, outline if is_near else Outline(), due, sections))
     return tuple(found)
 
 

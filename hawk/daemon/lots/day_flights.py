@@ -124,7 +124,7 @@ class DayPlanner:
 
     async def _flight_over(self, lots: tuple[DueLot, ...], drone: DayDrone) -> RoundFlight:
         place = lots[0].lot.outline.polygons[0][0]
-        empty = next((each.lot for each in lots if not each.lot.stalls), None)
+        empty = next((each.lot for each in lots if not each.lot.has_plan), None)
         if empty is not None:
             reason = say("{name} has no stalls: survey it first, or draw them in its plan.", name=empty.name)
             return RoundFlight(lots, place, problem=reason)

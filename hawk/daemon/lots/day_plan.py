@@ -91,7 +91,7 @@ def _is_one_of(each: DueLot, lots: Sequence[DueLot]) -> bool:
     first = lots[0]
     if len(lots) >= MOST_LOTS or each.due - first.due > EARLY or each.lot.id in {one.lot.id for one in lots}:
         return False
-    if not each.lot.stalls or not first.lot.stalls:
+    if not each.lot.has_plan or not first.lot.has_plan:
         return False
     try:
         is_apart = overlap([one.lot.outline for one in (*lots, each)]) is None
