@@ -224,7 +224,7 @@ describe("the remedy of a failed check", () => {
     assert.deepEqual([...stage.part.querySelectorAll(".act.primary")].map((each) => words(each)), ["Show checks 2 failed: what to do"]);
   });
 
-  it("shows the checks to a finger that was on its way when it became another one", async () => {
+  it("shows the checks to a finger that was moving when it became another one", async () => {
     const { rig, stage } = await bar({ ...ON_GROUND, Checks: [failing("GPS")], Options: [impossible("Arm", "GPS.")] });
     const opened: string[] = [];
     stage.part.addEventListener("open-panel", (event) => opened.push((event as CustomEvent<string>).detail));

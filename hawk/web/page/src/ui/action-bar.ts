@@ -19,8 +19,8 @@ import "./fence-bar.ts";
 import "./outline-bar.ts";
 import "./own-name.ts";
 
-/** A finger that was on its way when the button of a remedy changed presses what it said before, s. */
-const ON_ITS_WAY_S = 0.8;
+/** A finger that was moving when the button of a remedy changed means what it said before, s. */
+const MOVING_S = 0.8;
 /** Number of actions that have room on a narrow page. */
 const KEY_ACTIONS = 3;
 
@@ -113,7 +113,7 @@ export class ActionBar extends Part {
     return html`<button
       class="act possible key first primary"
       data-action="remedy"
-      @click=${() => (command === null || this.model.seconds() - since < ON_ITS_WAY_S ? showChecks(this) : applyRemedy(this.model, command, this))}
+      @click=${() => (command === null || this.model.seconds() - since < MOVING_S ? showChecks(this) : applyRemedy(this.model, command, this))}
     >
       <b>${label}</b> <span class="sub">${note}</span>
     </button>`;
