@@ -206,11 +206,11 @@ class OperationsManager:
         await self.requests.close()
         await self._performer.close()
 
-    # -- steps of a tick -----------------------------------------------------------------------------------------
-
     def full_battery(self, utc: float) -> Battery:
         """Return a full battery with the drain of the last flights; ``utc`` is now, Unix seconds."""
         return self._survey.full_battery(utc)
+
+    # -- steps of a tick -----------------------------------------------------------------------------------------
 
     def _take_commands(self) -> None:
         for client, command in self._socket.receive():
