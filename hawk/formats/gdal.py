@@ -31,6 +31,7 @@ DRIVERS: Final = {
 OPTIONS: Final = {
     "GDAL_CONFIG_FILE": os.devnull,
     "GDAL_HTTP_PROXY": "http://127.0.0.1:9",
+    "GDAL_HTTPS_PROXY": "http://127.0.0.1:9",
     "GDAL_HTTP_MAX_RETRY": "0",
     "GDAL_VRT_ENABLE_PYTHON": "NO",
     "GDAL_VRT_ENABLE_RAWRASTERBAND": "NO",
@@ -45,7 +46,10 @@ _SKIP: Final = (
 """Drivers that ask servers, or that read files which name others; GDAL reads their names as it begins."""
 _UNUSED: Final = (
     *("NO_PROXY", "no_proxy"),
-    *(f"GDAL_HTTP_{name}" for name in ("AUTH", "BEARER", "COOKIE", "HEADERS", "HEADER_FILE", "USERPWD")),
+    *(
+        f"GDAL_HTTP_{name}"
+        for name in ("AUTH", "BEARER", "COOKIE", "HEADERS", "HEADER_FILE", "PROXYUSERPWD", "USERPWD")
+    ),
 )
 """Variables of the environment by which curl would go past the proxy, or send one server's keys to all."""
 _SOURCES: Final = ("SourceFilename", "SourceDataset", "GCPProjectionFile", "OverviewFile")

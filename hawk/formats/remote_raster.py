@@ -186,6 +186,7 @@ class Door:
         endings = ",".join(_ENDINGS) if raster is None else raster.gdal_name.partition("?")[0].rpartition("/")[2]
         return {
             "GDAL_HTTP_PROXY": self.address,
+            "GDAL_HTTPS_PROXY": self.address,
             "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": endings,
             "GDAL_DISABLE_READDIR_ON_OPEN": "EMPTY_DIR",
             "GDAL_HTTP_CONNECTTIMEOUT": str(TIMEOUT_S),

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hawk.formats import remote_raster
+from hawk.formats import gdal, remote_raster
 from hawk.formats.remote_raster import AllowedHost, RemoteError, RemoteRaster, door
 from hawk.picture.orthophoto.source import open_orthophoto
 from hawk.picture.values import PictureError
@@ -80,6 +80,21 @@ def test_no_key_of_the_environment_is_sent(content: bytes, monkeypatch: pytest.M
     with raster_server(content) as server:
         open_orthophoto(raster(f"http://{server.at}/{name}.tif"), hosts=allowed(server)).read((0, 0, 40, 40))
         assert {key for _, _, key in server.requests} == {""}
+
+
+@pytest.mark.parametrize("scheme", ["http", "https"])
+def test_gdal_asks_the_door_whatever_proxy_the_environment_names(
+    content: bytes, monkeypatch: pytest.MonkeyPatch, scheme: str
+) -> None:
+    with raster_server(content) as server, door(()) as opened:
+        for name in ("GDAL_HTTP_PROXY", "GDAL_HTTPS_PROXY", "https_proxy", "HTTPS_PROXY"):
+            monkeypatch.setenv(name, f"http://{server.at}")
+        monkeypatch.setenv("no_proxy", "*")
+        rasterio, asked = gdal.rasterio(), raster(f"{scheme}://{server.at}/city.tif")
+        with rasterio.Env(**gdal.remote_options(asked, opened)), pytest.raises(rasterio.errors.RasterioIOError):
+            gdal.open_picture(asked)
+        assert set(opened.refused) == {server.at}
+        assert not server.requests
 
 
 def test_a_request_to_s3_is_signed_for_an_allowed_host_alone(content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
