@@ -31,18 +31,18 @@ class RasterServer:
 
 @contextlib.contextmanager
 def raster_server(content: bytes, fault: Fault = "", redirect: str = "") -> Iterator[RasterServer]:
-    told = RasterServer(content, fault, redirect)
+    state = RasterServer(content, fault, redirect)
 
     class Handler(http.server.BaseHTTPRequestHandler):
         protocol_version = "HTTP/1.1"
 
         def do_GET(self) -> None:
-            told.requests.append((self.command, self.path, self.headers.get("Authorization", "")))
-            if told.fault == "hangs":
-                told.ended.wait(60)
-            elif told.redirect:
-                self._say(302, b"", Location=told.redirect)
-            elif told.fault == "missing":
+            state.requests.append((self.command, self.path, self.headers.get("Authorization", "")))
+            if state.fault == "hangs":
+                state.ended.wait(60)
+            elif state.redirect:
+                self._say(302, b"", Location=state.redirect)
+            elif state.fault == "missing":
                 self._say(404, b"")
             else:
                 self._part()
@@ -50,13 +50,13 @@ def raster_server(content: bytes, fault: Fault = "", redirect: str = "") -> Iter
         do_HEAD = do_GET  # noqa: N815
 
         def _part(self) -> None:
-            asked, whole = self.headers.get("Range"), told.content
-            if asked is None or told.fault == "whole":
+            asked, whole = self.headers.get("Range"), state.content
+            if asked is None or state.fault == "whole":
                 return self._say(200, whole)
             first, _, last = asked.removeprefix("bytes=").partition("-")
             begin, end = int(first), min(int(last or len(whole)), len(whole) - 1)
             body = whole[begin : end + 1]
-            is_cut = told.fault == "cut" or (told.fault == "cut later" and begin > 0)
+            is_cut = state.fault == "cut" or (state.fault == "cut later" and begin > 0)
             self._say(206, body, cut=is_cut, **{"Content-Range": f"bytes {begin}-{end}/{len(whole)}", **FACTS})
             return None
 
@@ -76,12 +76,12 @@ def raster_server(content: bytes, fault: Fault = "", redirect: str = "") -> Iter
 
     with http.server.ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
         server.daemon_threads = True
-        told.port = server.server_address[1]
+        state.port = server.server_address[1]
         thread = threading.Thread(target=server.serve_forever, args=(0.02,), daemon=True)
         thread.start()
         try:
-            yield told
+            yield state
         finally:
-            told.ended.set()
+            state.ended.set()
             server.shutdown()
             thread.join()

@@ -158,7 +158,7 @@ def test_what_is_no_raster_is_refused(content: bytes, words: str) -> None:
         ("POST http://127.0.0.1:{port}/a HTTP/1.1", b"405"),
     ],
 )
-def test_the_door_opens_no_other_way(request_line: str, status: bytes) -> None:
+def test_the_door_opens_no_other_route(request_line: str, status: bytes) -> None:
     with raster_server(b"") as server, door(allowed(server)) as opened:
         port = int(opened.address.rpartition(":")[2])
         with socket.create_connection(("127.0.0.1", port), 5) as client:
