@@ -126,6 +126,6 @@ async def test_after_a_battery_swap_within_a_round_the_lots_that_are_left_are_fl
             await pilot.until_said(f"The survey is stored as one of {second}.")
         for lot in lots:
             (survey,) = (await answer(None, get_json, urljoin(url, f"/api/v1/lots/{lot['id']}/surveys")))["items"]
-            assert survey["placed"] == "registered"
+            assert survey["lot"] == lot["id"]
     finally:
         await stack.stop()
