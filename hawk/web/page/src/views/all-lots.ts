@@ -1,6 +1,6 @@
 import type { ListedLot } from "../api.ts";
 import type { LocalPlane } from "../fence/plane.ts";
-import type { LotMark } from "../map/lots-map.ts";
+import type { LotMark } from "../map/lot-groups.ts";
 import { language } from "../words/say.ts";
 
 /** Orders of the table: by name, the fullest first, the one that was seen longest ago first, the one that is due first, by drone. */
