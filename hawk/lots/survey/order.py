@@ -79,6 +79,11 @@ def taken_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
     )
 
 
+def ordered_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
+    """Return when a survey was taken, Unix seconds; NULL where it is not known which surveys it follows."""
+    return case((is_ordered(survey), taken_at(survey)))
+
+
 def newest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
     """Return the order of surveys with the last one first."""
     return is_ordered(survey).desc(), taken_at(survey).desc(), *_last_stored(survey)
