@@ -60,7 +60,7 @@ def _rows(path: Path, table: str) -> list[tuple[Any, ...]]:
         named += [str(each) for (each,) in store.execute("SELECT id FROM survey ORDER BY seq")]
         named += [str(each) for (each,) in store.execute("SELECT id FROM stall ORDER BY key")]
         numbers = {each: f"<{number}>" for number, each in enumerate(dict.fromkeys(named))}
-        columns = [each for each in METADATA.tables[table].columns.keys() if (table, each) not in _LEFT_OUT]
+        columns = [each.name for each in METADATA.tables[table].columns if (table, each.name) not in _LEFT_OUT]
         found = store.execute(f"SELECT {', '.join(columns)} FROM {table}")  # noqa: S608 - our own words
         return sorted((tuple(_alike(each, numbers) for each in row) for row in found), key=repr)
 
