@@ -76,7 +76,7 @@ def measure(path: Path, lots: int) -> Times:
         await store.close()
 
     asyncio.run(opened())
-    with closing(Database(path, patience_s=0.0)) as store, store.reading() as connection:
+    with closing(Database(path)) as store, store.reading() as connection:  # no search for damage runs beside
         began = time.perf_counter()
         lists.lots(connection, lists.Asked(limit=1))
         began = at = timed("first_s", began)

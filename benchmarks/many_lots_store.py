@@ -11,6 +11,7 @@ import re
 import sqlite3
 import tempfile
 import uuid
+from collections.abc import Callable
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -112,7 +113,7 @@ def _copy_rows(store: sqlite3.Connection, lots: int) -> None:
             outlines[number, given] = _moved(given, datum, place_of(datum, number))
         return outlines[number, given]
 
-    functions = {
+    functions: dict[str, tuple[int, Callable[..., str | bytes | float]]] = {
         "own_text": (2, _own_text), "outline": (2, outline), "looks": (2, partial(_looks, stalls)),
         "north": (1, lambda n: place_of(datum, n)[0]), "east": (1, lambda n: place_of(datum, n)[1]),
     }  # fmt: skip
