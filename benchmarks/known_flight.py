@@ -17,7 +17,7 @@ import shapely
 from benchmarks.kinematic_drone import STEP_S, Drone, goal_of
 from hawk.algo.frame import FrameInput
 from hawk.algo.ground import Bools, CoarseLayers, Floats, Window
-from hawk.algo.known_lot import plan_rectangles
+from hawk.algo.known_lot import plan_rectangles, tour_rectangles
 from hawk.algo.path_plan.app import PathPlanApp
 from hawk.algo.path_plan.known_tour import boxes_of, corners_of
 from hawk.algo.vision.rectify import ground_footprint
@@ -46,7 +46,8 @@ class SeenMap:
     ) -> None:  # fmt: skip
         """``new`` are stalls that no plan has."""
         plans = [plan_rectangles(lot) for lot in known]
-        places = np.concatenate([plan.centres for plan in plans])
+        looked = [tour_rectangles(lot) for lot in known]
+        places = np.concatenate([each.centres for each in looked])
         self.window = Window.around(np.stack([places.min(0), places.max(0)]), _FINE_M, _AROUND_M).aligned(4)
         self.seen = np.zeros(self.window.shape, np.float32)
         self.frames = 0
@@ -57,10 +58,12 @@ class SeenMap:
             for lot, plan in zip(known, plans, strict=True)
         }
         self._corners = {
-            lot.id: corners_of(boxes_of(plan)) + np.array(off) for lot, plan in zip(known, plans, strict=True)
+            lot.id: corners_of(boxes_of(each)) + np.array(off) for lot, each in zip(known, looked, strict=True)
         }
-        self.whole_of: dict[str, Bools] = {lot.id: np.zeros(len(lot.stalls), np.bool_) for lot in known}
-        """Stalls (N,) of each lot that one picture has shown whole."""
+        self.whole_of: dict[str, Bools] = {
+            lot.id: np.zeros(len(each), np.bool_) for lot, each in zip(known, looked, strict=True)
+        }
+        """Stalls, then places of sections (N,), of each lot that one picture has shown whole."""
         self.shown: set[int] = set()
 
     @property

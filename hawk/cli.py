@@ -49,6 +49,8 @@ from hawk.sim.launch import (
 )
 from hawk.stats.commands import COMMAND as STATS
 from hawk.stats.commands import add_stats_command
+from hawk.survey.day import COMMAND as PLAN_DAY
+from hawk.survey.day import add_plan_day_command
 from hawk.versions.commands import VERSION_COMMANDS, add_version_commands
 from hawk.web.access.commands import COMMANDS as ACCESS_COMMANDS
 from hawk.web.access.commands import add_access_commands
@@ -69,6 +71,7 @@ COMMANDS = (
         REPORT,
         ERASE,
         MAP,
+        PLAN_DAY,
     }
     | ACCESS_COMMANDS
     | CHECK_COMMANDS
@@ -158,6 +161,7 @@ def make_parser() -> argparse.ArgumentParser:
     desk.add_argument(
         "--collect", action="store_true", help="take surveys that drones send, each by a token of its own"
     )
+    add_plan_day_command(commands)
     film = commands.add_parser("film", help="write the pictures of a recording as a film (AVI)")
     film.set_defaults(action=_film)
     film.add_argument("recording", type=values.file, metavar="RECORDING", help="a file of STORE/recordings (.mcap)")

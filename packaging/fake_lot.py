@@ -91,19 +91,23 @@ def ring(stall: Stall, scale: float = 1.0) -> NDArray[np.int32]:
     return np.array([to_pixel(north, east) for north, east in corners], np.int32)
 
 
+GRASS, ASPHALT = np.array([70, 105, 88], np.float32), np.array([112, 114, 116], np.float32)
+"""Blue, green, red."""
+
+
 def draw_ground(stalls: list[FakeStall], rng: np.random.Generator) -> tuple[Picture, NDArray[np.uint8]]:
     """Return the ground from above (BGR) and its cell classes."""
     size = round(SIDE_M * PIXELS_PER_M)
     noise = cv2.resize(rng.normal(0, 1, (size // 8, size // 8)).astype(np.float32), (size, size))
-    grass = np.array([70, 105, 88], np.float32) + noise[..., None] * 12
     classes = np.full((size, size), 1, np.uint8)
     places = np.array([(each.stall.east, -each.stall.north) for each in stalls], np.float32) * PIXELS_PER_M + size / 2
     (middle, (across, down), angle) = cv2.minAreaRect(places)
     outline = cv2.boxPoints((middle, (across + 110, down + 110), angle)).astype(np.int32)
     cv2.fillPoly(classes, [outline], 2)
-    asphalt = np.array([112, 114, 116], np.float32) + noise[..., None] * 5
-    picture = np.where((classes == 2)[..., None], asphalt, grass)
-    picture = np.clip(picture + rng.normal(0, 4, picture.shape), 20, 255).astype(np.uint8)
+    paved = classes == 2
+    grain = np.where(paved, np.float32(5), np.float32(12)) * noise + rng.standard_normal((size, size), np.float32) * 4
+    shades = [np.where(paved, hard, soft) for soft, hard in zip(GRASS, ASPHALT, strict=True)]
+    picture = cv2.merge([np.clip(shade + grain, 20, 255).astype(np.uint8) for shade in shades])
     for each in stalls:
         cv2.polylines(picture, [ring(each.stall)], True, (225, 230, 232), 2, cv2.LINE_AA)
         cv2.fillPoly(classes, [ring(each.stall)], 4 if each.stall.state is StallState.TAKEN else 3)

@@ -29,6 +29,7 @@ from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, ConfigError, InboxSettings
 from hawk.daemon.announcement import PageShown, announcement, serve
+from hawk.daemon.lots.day_flights import DayPlanner, drone_of
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.daemon.lots.schedule import moments_due
 from hawk.daemon.start_checks import check_background
@@ -180,6 +181,7 @@ async def _serve_page(
     video: Topic[AnnotatedFrame] = Topic("annotated", clock)
     tls = load_tls(config.web, in_flight=False)
     folder = config.store.directory
+    days = None if store is None else DayPlanner(store, config, partial(drone_of, config))
     server = WebServer(
         WebServices(
             clock=clock,
@@ -197,6 +199,7 @@ async def _serve_page(
             collects=collects,
             inbox=inbox_folder(config.inbox) if store is not None else None,
             due=partial(moments_due, config.schedule),
+            day_plan=None if days is None else days.plan,
             recordings=recordings,
             cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),
             folder=None if store is None else folder,
@@ -215,6 +218,8 @@ async def _serve_page(
             await _speak(status, clock, under)
     finally:
         await server.close()
+        if days is not None:
+            days.close()
 
 
 def _announce(page: PageShown, folder: Path, place: str, *, is_recording: bool) -> None:

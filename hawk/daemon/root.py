@@ -248,6 +248,7 @@ class Daemon:
             surroundings(self.autopilot, self.camera, self.inputs, self.topics, self.manager, self._config.fence),
             lambda: self.inputs.occupancy_map.value,
             is_restored=bool(self._kept.map_parts),
+            full_battery=self.manager.full_battery,
         )
         self.inputs.path_plan.listen(self._lots.keeper.note_plan)
 
@@ -285,6 +286,7 @@ class Daemon:
             sections=lambda: self._lots.sections.current,
             lots=self._lots.store,
             due=partial(moments_due, self._config.schedule),
+            day_plan=self._lots.days.plan,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),
             folder=self._config.store.directory,

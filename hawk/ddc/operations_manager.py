@@ -16,7 +16,7 @@ from hawk.comm.protocol.commands import Ack, Command, Outgoing
 from hawk.comm.protocol.heartbeat import ClientId, CommandOption, CommandSocket, DroneStatus
 from hawk.comm.topic import Topic
 from hawk.ddc.acts import Ask, ReadParameter
-from hawk.ddc.battery.survey import SurveyReading
+from hawk.ddc.battery.survey import Battery, SurveyReading
 from hawk.ddc.decider import Decider, Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.fence.keepers import FenceKeeper, OutlineKeeper
@@ -205,6 +205,10 @@ class OperationsManager:
             request.cancel()
         await self.requests.close()
         await self._performer.close()
+
+    def full_battery(self, utc: float) -> Battery:
+        """Return a full battery with the drain of the last flights; ``utc`` is now, Unix seconds."""
+        return self._survey.full_battery(utc)
 
     # -- steps of a tick -----------------------------------------------------------------------------------------
 

@@ -50,6 +50,7 @@ PLAIN: Final[Mapping[str, str]] = {
     "json_type": "must be JSON text",
     "recursion_loop": "holds itself: write it once",
     "datetime_type": "must be a time, as 2026-05-04T10:30:00Z",
+    "timezone_aware": "must have its offset, as 2026-05-04T10:30:00+02:00",
     "datetime_parsing": "must be a time, as 2026-05-04T10:30:00Z",
     "datetime_from_date_parsing": "must be a time, as 2026-05-04T10:30:00Z",
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -21,7 +21,7 @@ from hawk.lots.plan.versions import newest_layout, revision_of
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
-from hawk.lots.schema import CHANGE, EDIT, LOT, STALL, SURVEY
+from hawk.lots.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey.order import is_ordered
 from hawk.lots.survey.private_ground import ERROR_M, rings_in
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
@@ -89,21 +89,32 @@ def last_author(connection: Connection, lot: str) -> str:
 
 
 def lots_ahead(
-    connection: Connection, place: tuple[float, float], is_due: Due = lambda *_: False
+    connection: Connection,
+    place: tuple[float, float] | None,
+    is_due: Due = lambda *_: False,
+    named: Collection[str] | None = None,
 ) -> tuple[LotAhead, ...]:
-    """Return all lots with ground, with their distances from a place (latitude, longitude)."""
-    rows = connection.execute(select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)).mappings()
+    """Return all lots with ground, with their distances from a place (latitude, longitude).
+
+    Without a place each lot counts as near. ``named``: those with these ids or names alone.
+    """
+    wanted = select(LOT).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made)
+    if named is not None:
+        wanted = wanted.where(LOT.c.id.in_(named) | LOT.c.name.in_(named))
     here, found = shapely.Point(0.0, 0.0), []
-    for row in rows:
+    for row in connection.execute(wanted).mappings():
         outline = outline_of(row["outline"])
         if not outline.polygons:
             continue
-        away = float(ground_about(place, outline).distance(here))
-        count = connection.execute(select(func.count()).where(in_plan(STALL.c, row["id"]))).scalar_one()
+        away = 0.0 if place is None else float(ground_about(place, outline).distance(here))
+        stalls, sections = (
+            int(connection.execute(select(func.count()).where(in_plan(table.c, row["id"]))).scalar_one())
+            for table in (STALL, SECTION)
+        )
         is_near, name = away <= AGAIN_M, str(row["name"])
         newest = newest_survey(connection, row["id"]) if is_near else None
         due = newest is not None and is_due(row["id"], name, newest[1])
-        found.append(LotAhead(str(row["id"]), name, int(count), away, outline if is_near else Outline(), due))
+        found.append(LotAhead(str(row["id"]), name, stalls, away, outline if is_near else Outline(), due, sections))
     return tuple(found)
 
 

@@ -11,7 +11,7 @@ from hawk.lots.schema import LOT
 from hawk.lots.values import NotFoundError, utc
 
 SHOWN: Final = 10
-"""Surveys that an error lists, the newest ones."""
+"""Surveys that an error lists, the newest ones; lots, by name."""
 _BEGINNING: Final = 8
 """Characters of an id that an error shows: enough to choose one by."""
 
@@ -52,3 +52,11 @@ def _words(number: int) -> str:
 
 def _listed(surveys: Sequence[tuple[str, float]], length: int = _BEGINNING) -> str:
     return ", ".join(f"{survey[:length]} of {utc(ended)}" for survey, ended in surveys[: -SHOWN - 1 : -1]) or "none"
+
+
+def unknown_lots(connection: Connection, given: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return those of some names and ids that no lot has, and the names that there are, in their order, 10 at most."""
+    is_there = LOT.c.merged_into.is_(None)
+    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(is_there).order_by(LOT.c.name)).all()
+    there = {str(value) for row in rows for value in row}
+    return [each for each in given if each not in there], [str(row.name) for row in rows[:SHOWN]]

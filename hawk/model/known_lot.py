@@ -86,7 +86,8 @@ class LotTour:
 
 @dataclass(frozen=True, slots=True)
 class LotAhead:
-    """A lot of the store, as a drone may survey it again: ``stalls`` of its plan, ``away_m`` from the drone, metres.
+    """A lot of the store, as a drone may survey it again: ``stalls`` and ``sections`` of its plan, ``away_m`` from the
+    drone, metres.
 
     ``outline`` is empty for a lot that is too far away. ``is_due``: the settings' schedule wants a survey of it now.
     """
@@ -97,6 +98,12 @@ class LotAhead:
     away_m: float
     outline: Outline = field(default=Outline(), repr=False)
     is_due: bool = False
+    sections: int = 0
+
+    @property
+    def has_plan(self) -> bool:
+        """True for a lot with ground to look at."""
+        return self.stalls > 0 or self.sections > 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -319,7 +319,8 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
     if outcome.planned_m is not None:
         print(f"The flight over the lots was planned as {outcome.planned_m:.0f} m, without the flight home.")
     for lot in outcome.lots if len(outcome.lots) > 1 else ():
-        end = "" if lot.is_over else "; not finished: fly on with --continue after a battery swap"
+        left = "its rim was not looked at" if lot.seen >= 1.0 else "not finished"
+        end = "" if lot.is_over else f"; {left}: fly on with --continue"
         print(f"{lot.name}: {int(100 * lot.seen)} % of the stalls looked at{end}")
     bounds = values["free_range"]
     between = "" if bounds is None else f" (between {bounds[0]} and {bounds[1]})"

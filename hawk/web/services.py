@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
@@ -22,6 +22,7 @@ from hawk.comm.topic import Topic
 from hawk.config.reference import Setting
 from hawk.config.sections import OperatorSettings, WebSettings
 from hawk.lots.store import LotStore
+from hawk.model.day_plan import DayPlan, Forecast
 from hawk.model.known_lot import FlownSection
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
@@ -120,6 +121,8 @@ class WebServices:
     """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
     for how many days.
     """
+    day_plan: Callable[[Forecast | None, int], Awaitable[DayPlan]] | None = None
+    """Returns the rounds of the next 24 hours for a forecast and a number of full batteries. Raises DayPlanError."""
     sections: Callable[[], Sequence[FlownSection]] = tuple
     """Returns the sections of the known lot that is flown over, as they are counted so far."""
     lots: LotStore | None = None

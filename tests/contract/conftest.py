@@ -40,9 +40,9 @@ class Boot:
     all_ok_at: float = 0.0
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def connected(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Vehicle]:
-    """The vehicle, ready to arm."""
+    """The vehicle, ready to arm. It ends with the last test of this folder, not of the session."""
     url = request.config.getoption("--autopilot", None)
     rc_input = request.config.getoption("--rc-input", "")
     with contextlib.ExitStack() as stack:
@@ -95,7 +95,7 @@ def watched_boot(vehicle: Vehicle) -> Boot:
     return boot
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def boot(connected: Vehicle) -> Boot:
     """Observations of a boot."""
     return watched_boot(connected)

@@ -33,6 +33,8 @@ VIEWS = {
 """Address of each view, and what is seen when it is drawn."""
 SHUT = ("localStorage", "script", "Framing")
 """In errors of what this test puts into every frame: the frame of the document runs nothing."""
+BUSY = "503 (Service Unavailable)"
+"""The page asks a busy drone again (api.ts); a view that is not drawn then is found."""
 CONTROLS = """() => {
   const all = document.querySelectorAll("a[href], button, input, select, textarea, summary, iframe, [tabindex]");
   window.controls = [...all].filter((each) =>
@@ -110,9 +112,14 @@ async def problems_of(page: Page, address: str, names: list[str], screenshots: P
 @pytest.mark.parametrize(
     ("size", "theme", "language"),
     [
-        (DESK, "light", "en"),
         (PHONE, "dark", "en"),
-        *nightly((DESK, "dark", "fr"), (DESK, "outdoor", "en"), (PHONE, "light", "fr"), (PHONE, "outdoor", "en")),
+        *nightly(
+            (DESK, "light", "en"),
+            (DESK, "dark", "fr"),
+            (DESK, "outdoor", "en"),
+            (PHONE, "light", "fr"),
+            (PHONE, "outdoor", "en"),
+        ),
     ],
 )
 async def test_axe_finds_nothing_and_tab_reaches_everything(
@@ -133,4 +140,4 @@ async def test_axe_finds_nothing_and_tab_reaches_everything(
     flying = await problems_of(page, in_flight, ["fly", "lots"], screenshots)
     found |= {f"{name} in flight": problems for name, problems in flying.items()}
     assert not found, in_words(found)
-    assert [each for each in errors if not any(word in each for word in SHUT)] == []
+    assert [each for each in errors if not any(word in each for word in (*SHUT, BUSY))] == []

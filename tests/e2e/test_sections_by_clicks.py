@@ -234,6 +234,7 @@ async def asked_by_weekday(page: Page, screenshots: Path) -> None:
     assert await page.evaluate(RUN_AXE) == []
 
 
+@pytest.mark.nightly
 async def test_sections_are_drawn_in_french(browser: Browser, address: str, screenshots: Path) -> None:
     page, errors = await opened(browser, address, locale="fr")
     await press(page, "Modifier le plan")

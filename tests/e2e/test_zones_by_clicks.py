@@ -21,6 +21,7 @@ MAST = ((-20, -30), (-14, -30), (-17, -24))
 IN_THE_ZONE, BEHIND_IT, BESIDE_IT = (16.0, 22.0), (24.0, 38.0), (-10.0, 20.0)
 
 
+@pytest.mark.nightly
 async def test_a_zone_is_drawn_kept_and_kept_out_of(browser: Browser, screenshots: Path, tmp_path: Path) -> None:
     stack = over_a_picture(tmp_path, LOW_HEIGHTS)
     try:

@@ -15,7 +15,7 @@ from hawk.model.operation import StateName
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, health, operator, over_a_picture
 
-pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="module")]
 
 
 async def fault(stack: SimulatedStack, **fields: Any) -> None:

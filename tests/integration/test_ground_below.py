@@ -38,6 +38,7 @@ async def test_the_slope_is_reported_before_arm_and_refuses_nothing(standing: tu
 
 
 @pytest.mark.fault("a task flies closer over something than the least clearance")
+@pytest.mark.nightly
 async def test_a_move_into_the_slope_ends_above_it(standing: tuple[SimulatedStack, Operator]) -> None:
     stack, pilot = standing
     assert pilot.beat.height_above_ground == pytest.approx(8.0, abs=1.5)

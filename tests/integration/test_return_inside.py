@@ -80,6 +80,7 @@ async def in_the_other_arm(
     "a path inside it by targets, 2 m from our limit, until home is in straight sight; then RTL; the true "
     "position never leaves the fence",
 )
+@pytest.mark.nightly
 async def test_a_return_between_two_arms_of_the_fence_ends_at_home_and_never_leaves_it(
     in_the_other_arm: tuple[SimulatedStack, Operator],
 ) -> None:

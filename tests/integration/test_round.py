@@ -1,9 +1,10 @@
-"""A round of two lots: the real daemon flies both in one flight, and stores the first one before it lands."""
+"""A round of two lots: the real daemon flies both in one flight, or in two with a battery swap between them."""
 
 from __future__ import annotations
 
 import asyncio
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import urljoin
@@ -23,6 +24,8 @@ from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 NAMES = ("North", "South")
+LOW_PERCENT = 21.0
+"""Charge at which the drone returns at once."""
 
 
 def halves(truth: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -80,5 +83,52 @@ async def test_two_lots_are_flown_in_one_flight_and_each_is_its_own_survey(tmp_p
             stalls = (await answer(None, get_json, urljoin(url, path)))["items"]
             assert len(stalls) == counts[lot["name"]]
             assert sum(stall["state"] is not None for stall in stalls) >= 0.95 * len(stalls)
+    finally:
+        await stack.stop()
+
+
+async def test_after_a_battery_swap_within_a_round_the_lots_that_are_left_are_flown(tmp_path: Path) -> None:
+    (tmp_path / "store").mkdir()
+    for name, plan in zip(NAMES, halves(generate_world(1).truth_json()), strict=True):
+        store_plan(tmp_path / "store" / "lots.db", plan, name)
+    options = SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ, gnss_bias=BIAS)
+    stack = PatientStack(options, tmp_path, write_settings(tmp_path, SETTINGS), None)
+    answer = asyncio.get_running_loop().run_in_executor
+    try:
+        url = (await stack.start()).url
+        lots = (await answer(None, get_json, urljoin(url, "/api/v1/lots")))["items"]
+        asked = SurveyAgain(lots=[lot["id"] for lot in lots])
+        async with operator(url) as pilot:
+            await pilot.take_control()
+            async with asyncio.timeout(PATIENCE_S):
+                while await pilot.hand.offer(asked) is not None:
+                    await pilot.hand.next()
+            whole = await pilot.until(lambda beat: beat.again_distance is not None)
+            await pilot.take_off()
+            await pilot.order(AutonomousExplore())
+            beat = await pilot.until(lambda beat: any(lot.is_over for lot in beat.again_lots), 300.0)
+            (first,) = [lot.name for lot in beat.again_lots if lot.is_over]
+            await pilot.until_said(f"The survey is stored as one of {first}.")
+            await stack.inject({"battery": LOW_PERCENT})
+            await pilot.until_down(300.0)
+            (second,) = [name for name in NAMES if name != first]
+            await pilot.until_said(f"Not finished: {second}.")
+        url = (await stack.swap_battery(replace(options, noise_seed=99))).url
+        async with operator(url) as pilot:
+            await pilot.take_control()
+            beat = await pilot.until(lambda beat: beat.again_distance is not None)
+            assert {lot.name: lot.is_over for lot in beat.again_lots} == {first: True, second: False}
+            assert beat.again_distance is not None
+            assert whole.again_distance is not None
+            assert beat.again_distance < whole.again_distance, "the lot that is over is not flown again"
+            await pilot.take_off()
+            await pilot.order(AutonomousExplore())
+            beat = await pilot.until(lambda beat: beat.explore_done and beat.state == StateName.HOVER, 300.0)
+            assert [lot.is_over for lot in beat.again_lots] == [True, True]
+            await pilot.come_home()
+            await pilot.until_said(f"The survey is stored as one of {second}.")
+        for lot in lots:
+            (survey,) = (await answer(None, get_json, urljoin(url, f"/api/v1/lots/{lot['id']}/surveys")))["items"]
+            assert survey["placed"] == "registered"
     finally:
         await stack.stop()

@@ -20,6 +20,7 @@ from tests.pace import PATIENCE_S
 pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 
+@pytest.mark.nightly
 async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off(tmp_path: Path) -> None:
     (tmp_path / "store").mkdir()
     store_plan(tmp_path / "store" / "lots.db", generate_world(1).truth_json())
@@ -47,7 +48,7 @@ async def test_a_known_lot_is_flown_by_the_tour_that_was_planned_before_take_off
             assert beat.distance_flown is not None
             assert before is not None
             assert beat.distance_flown - before < 1.5 * planned + 10.0
-            await pilot.until_said("Surveyed again: every stall was looked at.")
+            await pilot.until_said("Surveyed again: every stall of the plan was looked at.")
             await pilot.come_home()
             await pilot.until_said("The survey is stored as one of Market.")
     finally:

@@ -50,7 +50,11 @@ class PlanOnMap:
         """Ids and labels of the stalls of the plans that came onto the map, by their numbers from 1."""
 
     def know(self, lots: Sequence[KnownLot]) -> None:
-        """Take the plans of the lots that are flown over. Without one nothing changes: what is on the map stays."""
+        """Take the plans of the lots that are flown over. Without one nothing changes: what is on the map stays.
+
+        Sections alone have no place on the map: the receiver says where they lie.
+        """
+        lots = [lot for lot in lots if lot.stalls]
         if not lots or (
             len(lots) == len(self._searches)
             and all(lot.id in self._searches and self._searches[lot.id].lot is lot for lot in lots)

@@ -150,7 +150,7 @@ class Revisit:
             return
         values = lot_map.plan_places(self.known.id)
         stalls = len(self.known.stalls)
-        if values is None or len(values) != stalls:
+        if values is None or not stalls or len(values) != stalls:
             return
         self._is_placed = True
         before, after = self._boxes[:stalls, :2].astype(np.float64), values[:, :2]

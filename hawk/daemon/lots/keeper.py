@@ -190,7 +190,7 @@ class LotKeeper:
         left = ", ".join(lot.name for lot in lots if not lot.is_over)
         if left and len(lots) > 1 and self._left_of != (landed.name, self._armed_at):
             self._left_of = (landed.name, self._armed_at)
-            words = say("Fly on after a battery swap, or survey them again: they are first then.")
+            words = say("Fly on, or survey them again: they are first then.")
             self._add_message("warning", say("Not finished: {lots}.", lots=left), words)
 
     def _report(self, saved: Saved) -> None:

@@ -134,7 +134,8 @@ class KnownLotFollower:
             return
         self._take_offer()
         asked = _Asked((datum.latitude, datum.longitude), self._survey(), again)
-        known = {found.stamp: found for found in self._seen} if _is_place_of(asked, self._asked) else {}
+        kept = self._seen if _is_place_of(asked, self._asked) else ()
+        known = {found.stamp: found for found in kept if found.lot is not None or not again}
         has_tours = self._tours is not None
 
         def read(connection: Connection) -> tuple[tuple[_Found, ...], tuple[LotAhead, ...]]:
@@ -168,7 +169,7 @@ class KnownLotFollower:
         if current != self.current:  # frames, and their recording, have the same object until a plan changes
             self.current = current
         for each in found:
-            if each.lot is not None and each.lot.id not in self._named:
+            if each.lot is not None and each.lot.stalls and each.lot.id not in self._named:
                 self._report(each.name, each.lot)
         self._named = {lot.id for lot in self.current} or self._named
 
@@ -229,7 +230,8 @@ def _found(connection: Connection, asked: _Asked, known: Mapping[_Stamp, _Found]
         lot = queries.known_lot(connection, stamp[0], asked.place, asked.survey)
         author = queries.last_author(connection, stamp[0])
         private = queries.private_ground(connection, stamp[0], asked.place)
-        found.append(_Found(stamp, name, lot if lot.stalls else None, author, private))
+        is_flown = bool(lot.stalls or (asked.again and lot.section_places))
+        found.append(_Found(stamp, name, lot if is_flown else None, author, private))
     return tuple(found)
 
 

@@ -12,11 +12,13 @@ from typing import Self
 from hawk.comm.autopilot.autopilot import MavsdkAutopilot
 from hawk.comm.cameras.drone_camera import DroneCamera
 from hawk.config.sections import Config, FenceSettings
+from hawk.daemon.lots.day_flights import DayDrone, DayPlanner, drone_of
 from hawk.daemon.lots.flown_sections import SectionCounter
 from hawk.daemon.lots.keeper import LotKeeper, find_stalls
 from hawk.daemon.lots.known_lot import KnownLotFollower
 from hawk.daemon.lots.schedule import Schedule, due_lots
 from hawk.daemon.lots.tour import Surroundings, TourKeeper
+from hawk.ddc.battery.survey import Battery
 from hawk.ddc.fence.geometry import FenceError
 from hawk.ddc.operations_manager import OperationsManager
 from hawk.ddc.readings.topic_interface import DdcInputs, DdcTopicInterface
@@ -42,6 +44,7 @@ class LotParts:
     webhooks: WebhookSender
     documents: DocumentSender
     schedule: Schedule
+    days: DayPlanner
 
     @classmethod
     def create(
@@ -55,8 +58,12 @@ class LotParts:
         occupancy: Callable[[], OccupancyMap | None],
         *,
         is_restored: bool,
+        full_battery: Callable[[float], Battery],
     ) -> Self:
-        """Make them; arguments as those of `LotKeeper`, `KnownLotFollower`, `TourKeeper` and `SectionCounter`."""
+        """Make them; arguments as those of `LotKeeper`, `KnownLotFollower`, `TourKeeper` and `SectionCounter`.
+
+        ``full_battery``: a full battery at a time, UTC, Unix seconds.
+        """
         store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
         tours = TourKeeper(around)
         is_due = partial(due_lots, config.schedule, time.time)
@@ -66,7 +73,8 @@ class LotParts:
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
         documents = DocumentSender(store, config.collect, time.time, lambda: keeper.is_armed, add_message)
         schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)
-        return cls(store, keeper, known, tours, sections, webhooks, documents, schedule)
+        days = DayPlanner(store, config, day_drone(config, around, full_battery))
+        return cls(store, keeper, known, tours, sections, webhooks, documents, schedule, days)
 
     def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
         """Return what runs until the end, by its name."""
@@ -77,7 +85,20 @@ class LotParts:
     async def close(self) -> None:
         """End the store and the planning of tours."""
         self.tours.close()
+        self.days.close()
         await self.store.close()
+
+
+def day_drone(config: Config, around: Surroundings, full_battery: Callable[[float], Battery]) -> Callable[[], DayDrone]:
+    """Return the function that returns the drone of a day's rounds as it is now."""
+    described = drone_of(config)
+
+    def drone() -> DayDrone:
+        camera = around.camera() or described.camera
+        battery, flies = full_battery(time.time()), around.is_flying()
+        return DayDrone(camera, around.heights(), battery, around.here(), is_flying=flies, fence=around.fence)
+
+    return drone
 
 
 def surroundings(

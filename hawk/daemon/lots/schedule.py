@@ -18,8 +18,9 @@ from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from hawk.lots import known_lot as queries
+    from hawk.lots import names
 else:
-    queries = late("hawk.lots.known_lot")
+    queries, names = late("hawk.lots.known_lot"), late("hawk.lots.names")
 
 _LOG = logging.getLogger(__name__)
 LOOK_S: Final = 30.0
@@ -95,6 +96,13 @@ def is_flown(last: float | None, moment: datetime) -> bool:
     return last is not None and last >= (moment - EARLY).timestamp()
 
 
+def unknown_lot(given: str, there: Sequence[str]) -> str:
+    """Return that no lot has a name or id of the schedule, with the names that there are."""
+    if not there:
+        return say("schedule: no lot has the name or id {lot}, and there is none: survey it first.", lot=given)
+    return say("schedule: no lot has the name or id {lot}: write one of {names}.", lot=given, names=", ".join(there))
+
+
 class Schedule:
     """`run` belongs to the loop."""
 
@@ -121,6 +129,7 @@ class Schedule:
         self._is_armed = is_armed
         self._add_message = add_message
         self._said: set[tuple[int, float]] = set()
+        self._is_checked = False
 
     async def run(self) -> None:
         """Look at the clock until cancelled; without entries wait for that."""
@@ -135,23 +144,33 @@ class Schedule:
             await asyncio.sleep(LOOK_S)
 
     async def look(self) -> None:
-        """Say what has become due since the last look. Raises LotStoreError."""
+        """Say what has become due since the last look, and once which lots are not known. Raises LotStoreError."""
+        await self._look_for_unknown()
         for number, entry in enumerate(self._entries):
             moment = moment_due(entry, datetime.fromtimestamp(self._wall(), entry.clock()))
             if moment is None or (number, moment.timestamp()) in self._said:
                 continue
             lot = await self._flown(entry.lot)
             self._said.add((number, moment.timestamp()))
-            if lot is None:
-                words = say("schedule: there is no lot called {lot}: write its name or id.", lot=entry.lot)
-                self._add_message("warning", say("A survey is due whose lot is not known."), words)
-            elif not is_flown(lot.last, moment):
+            if lot is not None and not is_flown(lot.last, moment):
                 when = f"{moment:%H:%M}"
                 self._add_message(
                     "warning",
                     say("A survey of {name} is due since {when}.", name=lot.name, when=when),
                     say("Arm, and confirm the flight: nothing flies by itself."),
                 )
+
+    async def _look_for_unknown(self) -> None:
+        """Say which lots of the schedule are not known, once each: also before their surveys are due."""
+        if self._is_checked:
+            return
+        await self._store.open()
+        given = sorted({entry.lot for entry in self._entries})
+        unknown, there = await self._store.read(lambda connection: names.unknown_lots(connection, given))
+        self._is_checked = True
+        for each in unknown:
+            text = say("The schedule names a lot that is not known: {lot}.", lot=each)
+            self._add_message("warning", text, unknown_lot(each, there))
 
     async def _flown(self, lot: str) -> Flown | None:
         await self._store.open()

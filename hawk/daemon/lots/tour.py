@@ -139,7 +139,7 @@ class TourKeeper:
             return
         lots, first = tuple(plans[lot.id] for lot in left), frozenset(lot.id for lot in left if lot.is_first)
         loop = asyncio.get_running_loop()
-        planned = loop.run_in_executor(self._thread, _planned_tours, lots, first, camera, heights, fence, start)
+        planned = loop.run_in_executor(self._thread, planned_tours, lots, first, camera, heights, fence, start)
         self.current = await planned
         self._planned, self._start, self._left = due, start, left
 
@@ -149,7 +149,7 @@ class TourKeeper:
         self._around.publish(LotsAhead(self._ahead, problem, length, missed, self._offer))
 
 
-def _planned_tours(
+def planned_tours(
     lots: tuple[KnownLot, ...],
     first: frozenset[str],
     camera: CameraModel,
@@ -157,6 +157,7 @@ def _planned_tours(
     fence: Fence | None,
     start: tuple[float, float],
 ) -> tuple[LotTour, ...]:
+    """Return the tours over lots, see `hawk.algo.path_plan.round_tour.round_tour`; it takes up to seconds for each."""
     from hawk.algo.path_plan.round_tour import RoundScene, round_tour  # its libraries are loaded off the loop
 
     return outcome(round_tour(lots, first, RoundScene(start, camera, heights, fence)))

@@ -370,9 +370,16 @@ class SurveyReading:
         area = seen.fence_area()
         return None if area is None else ("fence", area, sweep.distance(area))
 
+    def full_battery(self, utc: float) -> Battery:
+        """Return a full battery with the drain of the last flights; ``utc`` is now, Unix seconds."""
+        return self._with_drain(100.0, energy.known_drain(self._drains, utc))
+
     def _battery(self, seen: Sighting, charge: float) -> Battery:
         """Return the battery with the drain of this flight, else of the last ones, else the assumed one."""
         known = seen.drain if seen.airborne and seen.drain is not None else energy.known_drain(self._drains, seen.utc)
+        return self._with_drain(charge, known)
+
+    def _with_drain(self, charge: float, known: float | None) -> Battery:
         drain = energy.ASSUMED_DRAIN if known is None else max(known, energy.ASSUMED_DRAIN / 3)
         return Battery(charge, self._settings.flight.battery_reserve_percent, drain, known is not None)
 

@@ -61,7 +61,7 @@ def _none_due(facts: Facts, ahead: Ahead) -> str:
 
 def _lot_refusal(lot: LotAhead, ahead: Ahead, *, is_alone: bool) -> str:
     """Return why a lot cannot be surveyed. One of several lots must lie inside the fence as a whole."""
-    if lot.stalls == 0:
+    if not lot.has_plan:
         return say("Lots: {name} has no stalls: survey it first, or draw them in its plan.", name=lot.name)
     if not lot.outline.polygons:
         return say(

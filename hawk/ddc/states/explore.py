@@ -129,12 +129,21 @@ def outline_words(explore: ExploreStatus, outline: OutlineFacts | None) -> str:
     return joined(words, say("{area} outside the fence were left out.", area=area_words(outline.outside)))
 
 
-def again_words(explore: ExploreStatus) -> str:
-    """Return in words which stalls of known lots were looked at once more."""
+def again_words(explore: ExploreStatus, suggested: int) -> str:
+    """Return in words which stalls of known lots were looked at once more, and how many are ``suggested`` besides."""
+    if not suggested:
+        return _looked_at(explore)
+    beside = say(
+        "{count} suggested stalls are not in the plan: look at its changes after the landing.", count=suggested
+    )
+    return joined(_looked_at(explore), beside)
+
+
+def _looked_at(explore: ExploreStatus) -> str:
     if explore.seen >= 1.0 and len(explore.lots) > 1:
-        return say("Surveyed again: every stall of {count} lots was looked at.", count=len(explore.lots))
+        return say("Surveyed again: every stall in the plans of {count} lots was looked at.", count=len(explore.lots))
     if explore.seen >= 1.0:
-        return say("Surveyed again: every stall was looked at.")
+        return say("Surveyed again: every stall of the plan was looked at.")
     return say("Surveyed again: {seen:.0f} % of the stalls were looked at, the rest was not reached.",
                seen=math.floor(explore.seen * 100))  # fmt: skip
 
@@ -153,7 +162,7 @@ def lots_over(explore: ExploreStatus, round_: OutlineFacts | None) -> Acts:
 def lot_words(name: str, seen: float) -> str:
     """Return in words what was looked at of one lot of several; ``seen`` is the share of its stalls, 0 to 1."""
     if seen >= 1.0:
-        return say("{name}: every stall was looked at.", name=name)
+        return say("{name}: every stall of the plan was looked at.", name=name)
     return say("{name}: {seen:.0f} % of the stalls were looked at, the rest was not reached.",
                name=name, seen=math.floor(seen * 100))  # fmt: skip
 
@@ -221,7 +230,7 @@ class AutonomousExploreState(AirborneState):
             if plan.explore.asked_m2 is not None:
                 return Step(ToHover(outline_words(plan.explore, facts.limits.outline), level="ok"))
             if facts.limits.outline is not None and facts.limits.outline.lots:
-                return Step(ToHover(again_words(plan.explore), level="ok"))
+                return Step(ToHover(again_words(plan.explore, facts.sight.counts.suggested), level="ok"))
             if plan.explore.lot_known:
                 return Step(ToHover(explored_words(plan.explore, facts.sight.lot_area), level="ok"))
             error = ShowUserError(UserError.NO_LOT_DETECTED, say("No lot was found here."))

@@ -27,7 +27,7 @@ _SIDE_M: Final = TILE_M / _PER_TILE
 
 
 def share_of(landed: LandingFacts, lot: str) -> LandingFacts | None:
-    """Return the survey of one lot of a round, by its id; None where no stall of it was seen.
+    """Return the survey of one lot of a round, by its id; None where no stall of it was seen, and it is not over.
 
     Takes some 10 ms for each hectare of the map.
     """
@@ -38,7 +38,8 @@ def share_of(landed: LandingFacts, lot: str) -> LandingFacts | None:
     datum = (landed.datum.latitude, landed.datum.longitude)
     partition = LotPartition.of([ground_about(datum, ground) for _, ground in grounds], landed.current.tiles)
     current = _part(landed.current, partition, number)
-    if not any(stall.seen for stall in current.stalls.values()):
+    is_over = grounds[number][0].is_over and bool(current.tiles)  # sections alone have no stalls
+    if not is_over and not any(stall.seen for stall in current.stalls.values()):
         return None
     return replace(
         landed,

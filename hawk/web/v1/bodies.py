@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AwareDatetime, BaseModel, ConfigDict, Field, model_validator
 
+from hawk.formats.validation import FieldError
 from hawk.lots.answers import Count, Next, Shown, SpokenSentence, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE
@@ -202,6 +203,77 @@ class DueList(Shown):
     """Moments at which surveys of a lot are due, by the settings; one that has come and is not flown among them."""
 
     items: list[Utc]
+
+
+Time = Annotated[AwareDatetime, Field(strict=False, description="with its offset, as 2026-05-04T10:00+02:00")]
+Speed = Annotated[float, Field(ge=0, le=100, allow_inf_nan=False, description="m/s, 10 m above the ground")]
+
+
+class ForecastHour(Given):
+    """Weather from a time on, for some hours. `cloud`: percent of the sky; `rain`: mm in an hour."""
+
+    begin: Time
+    hours: Annotated[int, Field(ge=1, le=72)] = 1
+    wind: Speed
+    gust: Speed
+    cloud: Annotated[float, Field(ge=0, le=100, allow_inf_nan=False)] = 0.0
+    rain: Annotated[float, Field(ge=0, le=500, allow_inf_nan=False)] = 0.0
+
+    @model_validator(mode="after")
+    def _gust_is_stronger(self) -> ForecastHour:
+        if self.gust < self.wind:
+            raise FieldError("gust", "must not be less than wind")
+        return self
+
+
+class Forecast(Given):
+    """A forecast. `made`: when its source made it."""
+
+    made: Time
+    hours: Annotated[list[ForecastHour], Field(min_length=1, max_length=200)]
+
+
+class DayPlanQuery(Given):
+    """Full batteries for the day, and a forecast; without one no start is proposed."""
+
+    batteries: Annotated[int, Field(ge=1, le=100)] = 1
+    forecast: Forecast | None = None
+
+
+class RoundLotName(Shown):
+    """A lot of a round."""
+
+    id: Id
+    name: str
+
+
+class RoundStart(Shown):
+    """A time at which a round could start, and the reasons against it; none where it fits."""
+
+    at: Utc
+    reasons: list[str]
+
+
+class DayRound(Shown):
+    """A flight over some lots. `start`: null where `problem` or `hours` say why it has none."""
+
+    lots: list[RoundLotName]
+    due: Utc
+    start: Utc | None
+    end: Utc | None
+    seconds: float
+    batteries: Count
+    distance_m: float
+    problem: str
+    hours: list[RoundStart]
+
+
+class DayPlan(Shown):
+    """Rounds of the next 24 hours: proposed, and started by a person. `sentences`: those of problems and reasons."""
+
+    rounds: list[DayRound]
+    problems: list[str]
+    sentences: list[SpokenSentence]
 
 
 class RecordedLot(Shown):

@@ -68,14 +68,16 @@ def changer(model: type[Given], change: Change) -> Handler:
     return poster(model, work)
 
 
-def poster(model: type[Given], work: Work, for_operators: str = FOR_OPERATORS) -> Handler:
-    """Return the handler of work that operators ask for; ``for_operators``: the refusal of others."""
+def poster(model: type[Given], work: Work, for_operators: str = FOR_OPERATORS, late: str = UNSURE) -> Handler:
+    """Return the handler of work that operators ask for; ``for_operators``: the refusal of others, ``late``: that of
+    work that takes too long.
+    """
 
     async def handle(request: web.Request) -> web.StreamResponse:
         check_operator(request, for_operators)
         query_of(request, Query)
         body = await _body_of(request, model)
-        async with in_time(UNSURE):
+        async with in_time(late):
             return changed(await work(request, body))
 
     return answered(handle)

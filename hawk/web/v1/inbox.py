@@ -56,7 +56,7 @@ def prepare(app: web.Application) -> None:
 
 @answered
 async def put(request: web.Request) -> web.StreamResponse:
-    """Write a file into the inbox; one of the same name is replaced."""
+    """Write a file into the inbox; the same file may come again, another one of its name is refused."""
     sender = checked_drone(request)
     folder = request.app[SERVICES].inbox
     if folder is None:
@@ -82,6 +82,8 @@ def _size(request: web.Request, folder: InboxFolder) -> int:
     size = request.content_length
     if size is None:
         raise web.HTTPLengthRequired(text=NO_LENGTH)
+    if size == 0:
+        raise RefusedError(HTTPStatus.UNPROCESSABLE_ENTITY, "file", "is empty: send it again once it is whole")
     if size > folder.quota.largest:
         most = f"{folder.quota.largest / 1e9:.3g}"
         words = f"is too large: {most} GB are taken at most (inbox.largest_gb); copy it into the folder"

@@ -22,6 +22,7 @@ from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
 from hawk.web.v1 import (
     bodies,
+    day_plan,
     documents,
     due,
     exports,
@@ -259,6 +260,11 @@ _RECORDINGS: Final = (
 _FEEDS: Final = (
     Operation("GET", "/lots/{id}/due", "due", "When surveys of a lot are due, by `[[schedule]]`", SURVEYS, due.listed,
                bodies.DueList, parameters.Days),
+    Operation("GET", "/day-plan", "due_rounds", "Rounds of the next 24 hours by `[[schedule]]`, without a forecast: no "
+              "start is proposed; 409 in flight", SURVEYS, day_plan.listed, bodies.DayPlan),
+    Operation("POST", "/day-plan", "day_plan", "Propose the rounds of the next 24 hours by `[[schedule]]`, a forecast "
+              "and full batteries: nothing starts; 409 in flight", SURVEYS, day_plan.proposed, bodies.DayPlan,
+              body=bodies.DayPlanQuery),
     Operation("GET", "/lots/{id}/feeds/{feed}", "feed", f"A lot in the words of a receiver: {_NAMED}", FEEDS,
               exports.feed, None, parameters.FeedOptions, content_types=_FEED_TYPES),
     Operation("GET", "/surveys/{id}/ground", "survey_ground", "Where the tiles of a survey's picture lie", SURVEYS,

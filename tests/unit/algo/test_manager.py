@@ -93,6 +93,7 @@ def test_results_of_all_three_come_out(rig: Rig) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_inputs_twice_give_equal_outputs() -> None:
     """The condition of replaying a recorded flight."""
     faults: dict[str, Any] = {"noise_m": 0.2, "miss": 0.1, "state_error": 0.1, "with_picture": True}

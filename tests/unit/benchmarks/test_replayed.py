@@ -25,6 +25,7 @@ def test_a_flight_is_decided_and_processed(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_drawn_flight_moves_on(tmp_path: Path) -> None:
     frames = list(read_frames(draw(tmp_path / "a.mcap", 1), FrameInput))
     assert len(frames) == PICTURES_S

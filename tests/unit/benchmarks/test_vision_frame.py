@@ -25,6 +25,7 @@ def test_each_engine_is_timed_beside_opencv(inputs: list[FrameInput]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_an_engine_that_is_not_installed_is_left_out(
     inputs: list[FrameInput], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -61,6 +61,7 @@ def test_the_lens_bends_every_part_of_the_picture_as_the_true_one_within_half_a_
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_k3_is_left_out_where_its_spread_does_not_distinguish_it_from_zero(views: list[View]) -> None:
     lens = calibrate(views, *SIZE)
     assert (lens.values[8], lens.spreads[8]) == (0.0, 0.0)

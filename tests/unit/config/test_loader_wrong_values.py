@@ -263,6 +263,20 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "--timeout": (SIM, ("-1", "0", "nan", "inf", "x", "", "1e9")),
         "--again": (URL, EMPTY),
     },
+    "plan-day": {
+        "--url": (
+            (),
+            ("", " ", "ht!tp:/x", "ftp://x", "http://", "http://x:99999", "http://x:0", "x y", "http://[::1"),
+        ),
+        "--token": ((), EMPTY),
+        "--certificate": ((), (*NOT_THERE, __file__)),
+        "--batteries": ((), ("0", "101", "1.5", "x", "")),
+        "--forecast": ((), (*NOT_THERE, __file__)),
+        "--wind": (("--gust", "9"), ("-1", "101", "nan", "x", "", "10")),
+        "--gust": (("--wind", "9"), ("-1", "101", "nan", "x", "", "8")),
+        "--cloud": (("--wind", "1", "--gust", "2"), ("-1", "101", "nan", "x", "")),
+        "--rain": (("--wind", "1", "--gust", "2"), ("-1", "501", "nan", "x", "")),
+    },
     "desk": {**STORE, "--host": ((), NO_HOST), "--port": ((), NOT_PORT), "--lot": ((), EMPTY)},
     "replay": {
         "RECORDING": (("--check",), NOT_THERE),

@@ -52,10 +52,10 @@ async def test_each_lot_of_a_round_is_ended_and_shown_and_explore_ends_with_the_
     plan(rig, LotLook("n", 1.0, is_over=True), LotLook("s", 0.0))
     await rig.run(1.0)
     assert [lot.is_over for lot in rig.shown.site.again_lots] == [True, False]
-    assert rig.log.count("North: every stall was looked at.") == 1
+    assert rig.log.count("North: every stall of the plan was looked at.") == 1
     plan(rig, LotLook("n", 1.0, is_over=True), LotLook("s", 1.0, is_over=True), done=True)
     await rig.until(StateName.HOVER)
-    assert any("every stall of 2 lots was looked at" in text for text in rig.log)
+    assert any("every stall in the plans of 2 lots was looked at" in text for text in rig.log)
     await rig.run(0.5)
     assert [lot.is_over for lot in rig.shown.site.again_lots] == [True, True]
 

@@ -16,6 +16,7 @@ from sqlalchemy import Connection
 from hawk.lots import section_lists
 from hawk.lots.flown_sections import flown_sections
 from hawk.lots.ingest import save
+from hawk.lots.known_lot import known_lot, lots_ahead
 from hawk.lots.outlines import outline_json
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.registration.frames import Move
@@ -144,6 +145,14 @@ def test_taken_stalls_are_counted_where_no_network_knows_vehicles(ann: Person) -
     (section,) = sections(ann, replace(flown(()), vehicles=None, stalls={1: taken, 2: replace(taken, id=2, seen=0)}))
     assert section.count is not None
     assert section.count.parked == 1
+
+
+def test_a_lot_of_sections_alone_can_be_surveyed_again(ann: Person) -> None:
+    with ann.store.reading() as connection:
+        (ahead,) = lots_ahead(connection, HERE)
+        known = known_lot(connection, ann.lot, HERE)
+    assert (ahead.stalls, ahead.sections, ahead.has_plan) == (0, 1, True)
+    assert (known.stalls, len(known.section_places) > 0) == ((), True)
 
 
 def test_tiles_far_from_a_section_are_not_unpacked(ann: Person) -> None:

@@ -49,6 +49,7 @@ async def test_a_defect_behind_a_command_is_found(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_lost_answer_is_found(tmp_path: Path) -> None:
     run = Run(tmp_path, 1, 64)
     send = run.rig.side.hub.send_to

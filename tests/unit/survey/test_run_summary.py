@@ -79,10 +79,12 @@ def test_each_lot_of_a_round_is_said_with_what_was_looked_at(capsys: pytest.Capt
     lots = (
         RoundLotStatus(lot="n", name="North", seen=1.0, is_over=True),
         RoundLotStatus(lot="s", name="South", seen=0.38),
+        RoundLotStatus(lot="w", name="West", seen=1.0),
     )
     _say(Path("out"), replace(DONE, lots=lots), COUNTS)
     printed = capsys.readouterr().out
     assert "North: 100 % of the stalls looked at\n" in printed
-    assert "South: 38 % of the stalls looked at; not finished: fly on with --continue after a battery swap" in printed
+    assert "South: 38 % of the stalls looked at; not finished: fly on with --continue" in printed
+    assert "West: 100 % of the stalls looked at; its rim was not looked at: fly on with --continue" in printed
     _say(Path("out"), replace(DONE, lots=lots[:1]), COUNTS)
     assert "North" not in capsys.readouterr().out

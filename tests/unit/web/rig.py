@@ -22,6 +22,7 @@ from hawk.comm.topic import Topic
 from hawk.config.reference import reference_text, settings
 from hawk.config.sections import Config, OperatorSettings, WebSettings
 from hawk.lots.store import LotStore
+from hawk.model.day_plan import DayPlan, Forecast
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.performance import LagSummary
@@ -37,6 +38,7 @@ from tests.manual_clock import ManualClock
 from tests.unit.comm.waiting import until
 
 PATIENCE_S = 5.0
+DayPlanOf = Callable[[Forecast | None, int], Awaitable[DayPlan]]
 
 
 class FakeManager:
@@ -87,6 +89,7 @@ class Rig:
     lots: LotStore | None = None
     collects: bool = False
     inbox: InboxFolder | None = None
+    day_plan: DayPlanOf | None = None
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
@@ -126,6 +129,7 @@ class Rig:
             lots=self.lots,
             collects=self.collects,
             inbox=self.inbox,
+            day_plan=None if self.day_plan is None else self._planned,
             tls=self.tls,
             wall=self.wall,
             settings=settings(Config(web=self.web), reference_text()),
@@ -133,6 +137,10 @@ class Rig:
             recordings=self.recordings,
             read_area=lambda data, kind: self.read_area(data, kind),
         )
+
+    async def _planned(self, forecast: Forecast | None, batteries: int) -> DayPlan:
+        assert self.day_plan is not None
+        return await self.day_plan(forecast, batteries)
 
     async def start(self) -> TestServer:
         self.app = create_app(self.services(), self.page, self.documentation)

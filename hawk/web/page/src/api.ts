@@ -169,6 +169,26 @@ export interface Day {
   occupancy: Estimate;
 }
 
+/** Rounds of the next 24 hours: proposed, and started by a person. `sentences`: those of problems and reasons. */
+export interface DayPlan {
+  rounds: DayRound[];
+  problems: string[];
+  sentences: SpokenSentence[];
+}
+
+/** A flight over some lots. `start`: null where `problem` or `hours` say why it has none. */
+export interface DayRound {
+  lots: RoundLotName[];
+  due: string;
+  start: string | null;
+  end: string | null;
+  seconds: number;
+  batteries: number;
+  distance_m: number;
+  problem: string;
+  hours: RoundStart[];
+}
+
 /** A recording that was deleted. */
 export interface Deleted {
   name: string;
@@ -745,6 +765,18 @@ export interface RecordingList {
 export interface Renamed {
   label: string;
   to: string;
+}
+
+/** A lot of a round. */
+export interface RoundLotName {
+  id: string;
+  name: string;
+}
+
+/** A time at which a round could start, and the reasons against it; none where it fits. */
+export interface RoundStart {
+  at: string;
+  reasons: string[];
 }
 
 /** Another row, with its stalls of the zones and kinds that are asked, at the same hours. */

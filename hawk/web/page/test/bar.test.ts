@@ -224,6 +224,20 @@ describe("the remedy of a failed check", () => {
     assert.deepEqual([...stage.part.querySelectorAll(".act.primary")].map((each) => words(each)), ["Show checks 2 failed: what to do"]);
   });
 
+  it("shows the checks to a finger that was moving when it became another one", async () => {
+    const { rig, stage } = await bar({ ...ON_GROUND, Checks: [failing("GPS")], Options: [impossible("Arm", "GPS.")] });
+    const opened: string[] = [];
+    stage.part.addEventListener("open-panel", (event) => opened.push((event as CustomEvent<string>).detail));
+    rig.hear({ Checks: [failing("GPS"), FAILSAFES], ...offered("Set Failsafes") });
+    await stage.drawn();
+    rig.timers.advance(300);
+    await stage.press("Set failsafes");
+    assert.deepEqual([opened.length, rig.sent()], [1, []]);
+    rig.timers.advance(600);
+    await stage.press("Set failsafes");
+    assert.deepEqual(rig.sent().map((each) => each.Type), ["Set Failsafes"]);
+  });
+
   it("is nothing in flight, nor for those who watch", async () => {
     for (const changes of [{ Checks: [FAILSAFES] }, { ...ON_GROUND, "In Control": false, Controller: null, Checks: [FAILSAFES] }]) {
       const { stage } = await bar({ ...changes, ...offered("Set Failsafes") });

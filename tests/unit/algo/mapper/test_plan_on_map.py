@@ -90,6 +90,7 @@ def test_the_pictures_show_the_state_of_each(flown: OccupancyMap) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_the_shape_of_the_plan_stays() -> None:
     flight = Flight(TRUTH, plan_of(TRUTH.stalls), noise_m=0.4, miss=0.3)
     flight.fly([*PASS, *PASS[::-1]])
@@ -270,3 +271,15 @@ def moved_lot(lot: KnownLot, metres: float) -> KnownLot:
     )
     box = ((-60.0, 30.0), (60.0, 30.0), (60.0, 150.0), (-60.0, 150.0))
     return replace(lot, id="other", stalls=stalls, ground=((box,),))
+
+
+def test_sections_alone_have_no_place_on_the_map_and_the_plan_beside_them_has() -> None:
+    plan = plan_of(TRUTH.stalls)
+    sections = KnownLot("sections", (), plan.ground, plan.stalls[:3])
+    flight = Flight(TRUTH, sections, plan, **NOISE)
+    shown = flight.fly([*PASS, *PASS[::-1]])
+    assert flight.mapper.plan_places("lot") is not None
+    assert flight.mapper.plan_places("sections") is None
+    assert len(of_plan(shown)) == len(TRUTH.stalls)
+    alone = Flight(TRUTH, sections, **NOISE)
+    assert of_plan(alone.fly(PASS)) == {}

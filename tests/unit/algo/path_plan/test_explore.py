@@ -119,6 +119,7 @@ def test_a_drone_outside_the_fence_is_led_inside() -> None:
     assert inside.covers(shapely.Point(flight.places[-1]))
 
 
+@pytest.mark.nightly
 def test_a_second_exploration_of_a_known_lot_ends_at_once() -> None:
     lot, start = shapely.box(-12.0, -15.0, 12.0, 15.0), (-8.0, -10.0)
     app, known = PathPlanApp(LEVEL), KnownMap(lot, 100.0)
@@ -147,6 +148,7 @@ def test_with_a_new_battery_it_takes_up_where_it_left_off() -> None:
     assert min(seen_at) >= 0.3  # nothing of what was seen is forgotten
 
 
+@pytest.mark.nightly
 def test_the_same_flight_twice_is_equal(flown: Flight) -> None:
     lot, start = random_lot(1)
     again = fly(lot, start, fence_around(lot, 10.0), most_s=20.0).plans
@@ -174,6 +176,7 @@ def half_known_lots() -> tuple[shapely.Geometry, KnownMap]:
     return lots, known
 
 
+@pytest.mark.nightly
 def test_the_end_of_a_lane_is_looked_at_and_leads_to_the_other_lot() -> None:
     lots, known = half_known_lots()
     flight = fly(lots, (0.0, 0.0), fence_around(lots, 40.0), known=known)
@@ -189,6 +192,7 @@ def test_ground_that_is_not_worth_the_distance_is_left_out() -> None:
     assert flight.coverage < 0.75
 
 
+@pytest.mark.nightly
 def test_looking_around_ends_where_there_is_nothing() -> None:
     lot = shapely.box(-8.0, -12.0, 8.0, 12.0)
     flight = fly(lot, (0.0, 0.0), fence_around(lot, 150.0))

@@ -88,3 +88,17 @@ def test_without_the_plan_of_one_of_its_lots_a_round_is_not_flown() -> None:
     made.known = made.known[:1]
     made.fly(most_s=0.3)
     assert made.last.target is None
+
+
+@pytest.mark.slow
+def test_a_lot_of_sections_alone_is_flown_in_a_round_and_is_over_once_all_of_it_was_looked_at() -> None:
+    sections = replace(LOTS[1], stalls=(), section_places=LOTS[1].stalls)
+    made = flight((LOTS[0], sections))
+    made.fly(most_s=600.0)
+    assert made.last.explore.done
+    assert made.lot_map.whole_of["east"].all()
+    assert len(made.lot_map.whole_of["east"]) == 16
+    assert [(look.lot, look.seen, look.is_over) for look in made.last.explore.lots] == [
+        ("west", 1.0, True),
+        ("east", 1.0, True),
+    ]

@@ -249,7 +249,7 @@ async def test_a_lot_of_a_round_is_stored_in_flight_once_it_is_over_and_the_othe
         (
             "warning",
             "Not finished: East.",
-            "Fly on after a battery swap, or survey them again: they are first then.",
+            "Fly on, or survey them again: they are first then.",
         ),
     ]
 

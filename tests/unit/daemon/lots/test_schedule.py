@@ -81,9 +81,19 @@ async def test_pictures_whose_time_is_not_sure_are_no_survey_that_was_due(
 
 
 async def test_a_lot_that_is_not_known_is_named_with_the_remedy(store: LotStore) -> None:
-    page = Page(store, entry(lot="Nowhere"))
-    assert await page.at(NOW) == ["A survey is due whose lot is not known."]
-    assert page.said[0][2] == "schedule: there is no lot called Nowhere: write its name or id."
+    page = Page(store, entry(lot="Nowhere"), entry())
+    for hours in (5, 9, 25):  # before it is due, too, and once
+        said = await page.at(NOW - timedelta(hours=hours))
+    assert said == ["The schedule names a lot that is not known: Nowhere."]
+    assert page.said[0][2] == "schedule: no lot has the name or id Nowhere: write one of Lot 1."
+
+
+async def test_a_schedule_without_any_lot_says_that_the_first_one_is_surveyed_first(tmp_path: Path) -> None:
+    store = LotStore(tmp_path / "none.db")
+    page = Page(store, entry(lot="North"))
+    await page.at(NOW)
+    await store.close()
+    assert page.said[0][2] == "schedule: no lot has the name or id North, and there is none: survey it first."
 
 
 async def test_nothing_is_asked_while_the_motors_are_on_and_no_entry_needs_no_store(tmp_path: Path) -> None:

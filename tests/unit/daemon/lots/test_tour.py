@@ -29,6 +29,7 @@ from hawk.model.poses import GlobalPose, Ring
 from tests.unit.algo.synthetic import CAMERA
 from tests.unit.ddc.fakes import Rig
 from tests.unit.lots.surveys import BEGAN, DATUM, box, survey
+from tests.unit.lots.test_flown_sections import KERB, make_lot
 
 RING: Ring = ((-150.0, -150.0), (150.0, -150.0), (150.0, 150.0), (-150.0, 150.0))
 FAR = replace(DATUM, latitude=DATUM.latitude + 1e-2)
@@ -133,6 +134,22 @@ async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its
     assert drone.said[-1].tour_m == round(tour.distance_m, 1) > 0.0
     await drone.follower.look()
     assert drone.tour is tour
+
+
+@pytest.mark.slow
+async def test_a_lot_of_sections_alone_has_a_tour_and_is_known_when_it_is_surveyed_again_alone(drone: Drone) -> None:
+    lot = await drone.store.write(make_lot)
+    opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": "Ann"}, BEGAN))
+    asked = {"edit": opened.edit, "operation": {"do": "draw_section", "name": "Elm Street", **KERB}}
+    await drone.store.write(lambda c: edits.do(c, lot, asked, BEGAN))
+    drone.datum = DATUM
+    await drone.follower.look()
+    assert drone.follower.current == ()
+    drone.asked = lot
+    await drone.follower.look()
+    assert (drone.plan.stalls, len(drone.plan.section_places) > 0) == ((), True)
+    assert drone.said[-1].tour_m == round(drone.tour.distance_m, 1) > 0.0
+    assert drone.messages == []
 
 
 @pytest.mark.slow

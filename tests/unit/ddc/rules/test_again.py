@@ -43,6 +43,7 @@ def why(facts: Facts, asked: SurveyAgain = ASKED) -> str:
 def test_a_lot_with_stalls_inside_the_fence_is_surveyed_again_by_its_outline() -> None:
     facts = with_lots(on_ground(flying(1.0)), lot())
     assert why(facts) == ""
+    assert why(with_lots(on_ground(flying(1.0)), replace(lot(stalls=0), sections=1))) == ""
     assert lots_of(ASKED, facts, None) == (lot(),)
     assert again_outline([lot()], facts) == replace(lot().outline, lots=(RoundLot("one", "Market"),))
 

@@ -25,6 +25,7 @@ from hawk.ddc.orders import (
 )
 from hawk.ddc.readings.wind import Wind
 from hawk.ddc.states.explore import Travelling, outline_words
+from hawk.model.lot_map import Counts
 from hawk.model.operation import UserError
 from hawk.model.plans import ExploreStatus, LeftOut, LotLook, PathPlan, RoundLot
 from hawk.model.poses import MapPoint
@@ -352,4 +353,8 @@ def test_a_round_ends_with_the_number_of_its_lots() -> None:
     plan = PathPlan(explore=ExploreStatus(True, 1.0, lots=looks))
     step = made(ToExplore()).transition_next_state(replace(facts, sight=replace(facts.sight, plan=plan)))
     assert isinstance(step.transition, ToHover)
-    assert step.transition.reason == "Surveyed again: every stall of 2 lots was looked at."
+    assert step.transition.reason == "Surveyed again: every stall in the plans of 2 lots was looked at."
+    sight = replace(facts.sight, plan=plan, counts=Counts(suggested=24))
+    step = made(ToExplore()).transition_next_state(replace(facts, sight=sight))
+    assert isinstance(step.transition, ToHover)
+    assert "24 suggested stalls are not in the plan" in step.transition.reason

@@ -95,3 +95,14 @@ def test_a_lot_that_nothing_was_seen_of_has_no_survey() -> None:
     assert share_of(flown, "east") is None
     assert share_of(flown, "another") is None
     assert share_of(replace(flown, current=OccupancyMap()), "west") is None
+
+
+def test_a_lot_of_sections_alone_has_its_survey_once_it_is_over() -> None:
+    flown = round_of(at(1, 10.0))
+    assert flown.outline is not None
+    assert share_of(flown, "east") is None
+    over = tuple(replace(lot, is_over=True) for lot in flown.outline.lots)
+    done = replace(flown, outline=replace(flown.outline, lots=over))
+    east = share(done, "east")
+    assert (east.stalls, east.outline, east.beside) == ((), EAST, (WEST,))
+    assert share_of(replace(done, current=OccupancyMap()), "east") is None

@@ -43,6 +43,7 @@ def client() -> Iterator[Client]:
         yield made
 
 
+@pytest.mark.nightly
 def test_a_killed_worker_repeats_its_window_alone_and_changes_no_byte(tmp_path: Path) -> None:
     path = fakes.city(tmp_path)
     work = CityWork(path, out=tmp_path / "alone", model=tmp_path / "model", core_m=CORE_M, load=load_fake)

@@ -182,6 +182,7 @@ print(json.dumps([len(mapped.survey.stalls), peak]))
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 def test_a_picture_of_60000_pixels_a_side_is_mapped_in_less_than_a_gigabyte(tmp_path: Path) -> None:
     side, metres = 60_000, 0.05
     lot = np.repeat(np.repeat(rgb(lot_picture()), 2, axis=1), 2, axis=2)

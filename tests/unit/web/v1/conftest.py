@@ -9,6 +9,7 @@ import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.lots.store import LotStore
+from hawk.model.day_plan import DayPlan, Forecast
 from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.repaints import by_place
 from tests.unit.web.rig import Rig
@@ -31,11 +32,16 @@ def filled(tmp_path_factory: pytest.TempPathFactory) -> Filled:
     return asyncio.run(made())
 
 
+async def nothing_due(_: Forecast | None, __: int) -> DayPlan:
+    return DayPlan()
+
+
 @pytest.fixture
 async def archive(tmp_path: Path, rig: Rig, filled: Filled) -> AsyncIterator[Archive]:
     """A copy of `filled` behind a server."""
     store = rig.lots = LotStore(Path(shutil.copy(filled.file, tmp_path / "lots.db")), by_place)
     stand, rig.folder = Stand(rig, tmp_path), tmp_path
+    rig.day_plan = nothing_due
     await rig.start()
     viewer, operator = await stand.tool(Role.VIEWER), await stand.tool(Role.OPERATOR)
     yield Archive(stand, store, viewer, operator, filled.lot, filled.far, filled.surveys)

@@ -143,6 +143,7 @@ async def test_a_reading_that_failed_is_tried_again() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_loop_goes_on_while_a_long_recording_is_read(tmp_path: Path) -> None:
     """Half a minute of ticks and thousands of values: a thread of this process would hold the loop for long."""
     path = write(tmp_path / "long.mcap", [*flight(2), *(tick(20.0 + 0.05 * k) for k in range(20_000))])

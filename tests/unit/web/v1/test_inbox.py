@@ -106,6 +106,13 @@ async def test_what_is_too_large_or_too_much_is_refused_in_words(desk: Desk) -> 
     assert len(desk.files()) == 4
 
 
+async def test_an_empty_file_is_refused(desk: Desk) -> None:
+    status, problem = await desk.put("DJI_0001.JPG", b"")
+    assert (status, problem["field"]) == (422, "file")
+    assert "is empty: send it again" in problem["detail"]
+    assert desk.files() == {}
+
+
 async def test_a_file_without_its_size_is_refused(desk: Desk) -> None:
     async def parts() -> AsyncIterator[bytes]:
         yield PICTURE

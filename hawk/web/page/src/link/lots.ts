@@ -1,4 +1,5 @@
-import type { ChangeList, DroneProposals, ListedLot, PossiblePlaces, Proposals, Survey, SurveyProposals } from "../api.ts";
+import type { ChangeList, DayPlan, DroneProposals, ListedLot, PossiblePlaces, Proposals, Survey, SurveyProposals } from "../api.ts";
+import { learn } from "../words/drone.ts";
 import { say } from "../words/say.ts";
 import { answer, API, orNull, post, read, readAll, Refused } from "./api.ts";
 
@@ -43,6 +44,19 @@ export function chooseClock(lot: string, zone: string): Promise<string> {
 /** Moves a survey to a lot, to a new one for null; returns the reason why that failed, else nothing. */
 export function moveSurvey(survey: string, lot: string | null): Promise<string> {
   return change(`surveys/${survey}/move`, { lot });
+}
+
+/** A forecast. `wind` and `gust` in m/s, `cloud` in percent, `rain` in mm. */
+export interface Forecast {
+  made: string;
+  hours: { begin: string; hours: number; wind: number; gust: number; cloud: number; rain: number }[];
+}
+
+/** Asks for the day's rounds; their sentences are learnt. Rejects with Refused. */
+export async function planDay(batteries: number, forecast: Forecast | null): Promise<DayPlan> {
+  const plan = await post<DayPlan>("day-plan", { batteries, forecast });
+  learn(plan.sentences.map(({ text, code, values }) => ({ Text: text, Code: code, Values: values })));
+  return plan;
 }
 
 /** Takes proposals over, those of confirmed stalls too where `all`; returns the reason why that failed, else nothing. */

@@ -648,6 +648,26 @@ choose-for-round = { $name } in a flight over several lots
 survey-again-round = Survey { $lots } lots again in one flight
 survey-again-due = Survey all that are due
 round-taken = The lots will be surveyed again by Explore, in one flight.
+day-plan = The day's plan
+day-plan-batteries = Full batteries
+day-plan-wind = Wind, m/s
+day-plan-gust = Gusts, m/s
+day-plan-cloud = Cloud, %
+day-plan-rain = Rain, mm
+day-plan-file = Or a forecast by hour (JSON)
+day-plan-ask = Plan the day
+day-plan-none = No survey is due in the next 24 hours.
+day-plan-no-json = The forecast is no JSON: look for a comma or a bracket too many.
+# $names: of the lots
+day-plan-start = { $start } to { $end }: { $names }
+day-plan-no-start = No start: { $names }
+day-plan-due = due { $due }
+# $time: how long the round takes
+day-plan-need = { $time }, { $distance }, batteries: { $batteries }
+# $times: at which it cannot start; the reasons follow
+day-plan-not-at = Not at { $times }:
+day-plan-choose = Choose
+day-plan-choose-of = Choose for one flight: { $names }
 plan-unanswered = The drone did not answer: the plan could not be read.
 # $name: of the lot
 plan-of = Plan of { $name }

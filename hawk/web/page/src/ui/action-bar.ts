@@ -5,7 +5,7 @@ import type { Point } from "../protocol.ts";
 import { isFlying } from "../state/flight.ts";
 import { type Action, control, guidedActions, isViewer, safetyActions, viewerWords, watchingWords } from "../words/actions.ts";
 import { isDone, nextStep } from "../words/next-step.ts";
-import { type NextRemedy, nextRemedy, REMEDIES } from "../words/remedies.ts";
+import { type NextRemedy, nextRemedy, type Remedy, REMEDIES } from "../words/remedies.ts";
 import { pointer, say } from "../words/say.ts";
 import { linkOf, type View } from "../words/view.ts";
 import { startAction } from "./start-action.ts";
@@ -19,6 +19,8 @@ import "./fence-bar.ts";
 import "./outline-bar.ts";
 import "./own-name.ts";
 
+/** A finger that was moving when the button of a remedy changed means what it said before, s. */
+const MOVING_S = 0.8;
 /** Number of actions that have room on a narrow page. */
 const KEY_ACTIONS = 3;
 
@@ -32,6 +34,8 @@ export class ActionBar extends Part {
   private held: Element | null = null;
   /** The focus was put on Hold until there is a next step. */
   private waits = false;
+  /** What the button of a remedy says, and since when, seconds of this page. */
+  private offered: { command: Remedy | null; since: number } | null = null;
 
   override connectedCallback(): void {
     super.connectedCallback();
@@ -84,6 +88,7 @@ export class ActionBar extends Part {
   private guided(view: View): TemplateResult {
     const actions = guidedActions(view, isTouch());
     const remedy = nextRemedy(view);
+    if (remedy === null) this.offered = null;
     const key = keyActions(view, actions);
     const next = nextStep(view, actions);
     const first = remedy === null ? 0 : 1; // the remedy stands before Arm, in the room of a return that is not due
@@ -101,12 +106,14 @@ export class ActionBar extends Part {
 
   /** What has to be done before Arm: one press, or a look at what no command mends. */
   private remedy({ command, checks }: NextRemedy): TemplateResult {
+    if (this.offered?.command !== command) this.offered = { command, since: this.offered === null ? -Infinity : this.model.seconds() };
+    const { since } = this.offered;
     const label = command === null ? say("show-checks") : say(REMEDIES[command]);
     const note = command === null ? say("remedy-by-hand", { checks }) : say("remedy-mends", { checks });
     return html`<button
       class="act possible key first primary"
       data-action="remedy"
-      @click=${() => (command === null ? showChecks(this) : applyRemedy(this.model, command, this))}
+      @click=${() => (command === null || this.model.seconds() - since < MOVING_S ? showChecks(this) : applyRemedy(this.model, command, this))}
     >
       <b>${label}</b> <span class="sub">${note}</span>
     </button>`;

@@ -7,6 +7,7 @@ import { cannot, isViewer } from "../words/actions.ts";
 import { clockNames, clockWords, timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
+import "./day-plan.ts";
 import { Part } from "./element.ts";
 import "./lot-changes.ts";
 import { drone } from "./quoting.ts";
@@ -94,7 +95,8 @@ export class LotsList extends Part {
     return html`<div class="choices">
       ${chosen.length > 1 ? html`<button @click=${() => void this.again({ Lots: chosen.map((lot) => lot.id) }, taken)}>${say("survey-again-round", { lots: chosen.length })}</button>` : nothing}
       <button @click=${() => void this.again({ Due: true }, taken)}>${say("survey-again-due")}</button>
-    </div>`;
+    </div>
+    <hawk-day-plan .model=${this.model} .lots=${lots} @round-chosen=${(event: CustomEvent<string[]>) => (this.chosen = new Set(event.detail))}></hawk-day-plan>`;
   }
 
   private mayFly(): boolean {

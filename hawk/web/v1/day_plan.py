@@ -1,0 +1,102 @@
+"""The day's rounds by the settings' schedule and a forecast. They are proposed: this starts and changes nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import timedelta
+from http import HTTPStatus
+from itertools import pairwise
+from typing import Final
+
+from aiohttp import web
+
+from hawk.lots.answers import SpokenSentence
+from hawk.lots.values import LotInputError
+from hawk.model.day_plan import DayPlan, DayPlanError, Forecast, WeatherHour
+from hawk.model.sentences import parts_of, words_of
+from hawk.web.services import SERVICES
+from hawk.web.v1 import bodies
+from hawk.web.v1.answers import NO_LOTS, Answer, answered, in_time, made
+from hawk.web.v1.changes import Body, poster
+from hawk.web.v1.parameters import Query, query_of, validated
+from hawk.web.v1.refusals import RefusedError
+
+FOR_OPERATORS: Final = "A day is planned by operators: log in as operator."
+SLOW: Final = "The flights take too long to plan: ask again; give fewer lots the same time where this stays so."
+
+
+@answered
+async def listed(request: web.Request) -> web.StreamResponse:
+    """The rounds without a forecast, for one battery: none has a start."""
+    query_of(request, Query)
+    async with in_time(SLOW):
+        found = await _planned(request, None, 1)
+    return await made(request, lambda: Answer(found))
+
+
+async def _proposed(request: web.Request, body: Body) -> bodies.DayPlan:
+    """Return the rounds for a forecast and batteries. Raises RefusedError, LotInputError."""
+    question = validated(bodies.DayPlanQuery, body)
+    return await _planned(request, None if question.forecast is None else forecast_of(question.forecast),
+                          question.batteries)  # fmt: skip
+
+
+proposed: Final = poster(bodies.DayPlanQuery, _proposed, FOR_OPERATORS, SLOW)
+
+
+def forecast_of(given: bodies.Forecast) -> Forecast:
+    """Return the forecast of a body. Raises LotInputError where two of its hours overlap."""
+    hours = sorted(
+        (
+            WeatherHour(
+                hour.begin.timestamp(),
+                (hour.begin + timedelta(hours=hour.hours)).timestamp(),
+                hour.wind,
+                hour.gust,
+                hour.cloud / 100.0,
+                hour.rain,
+            )
+            for hour in given.hours
+        ),
+        key=lambda hour: hour.begin,
+    )
+    if any(after.begin < before.end for before, after in pairwise(hours)):
+        raise LotInputError("forecast.hours", "two of them are of the same time: give each hour once")
+    return Forecast(given.made.timestamp(), tuple(hours))
+
+
+async def _planned(request: web.Request, forecast: Forecast | None, batteries: int) -> bodies.DayPlan:
+    plan = request.app[SERVICES].day_plan
+    if plan is None:
+        raise RefusedError(HTTPStatus.CONFLICT, "", NO_LOTS)
+    try:
+        return _answer(await plan(forecast, batteries))
+    except DayPlanError as error:
+        raise RefusedError(HTTPStatus.CONFLICT, "", words_of(error)) from error
+
+
+def _answer(plan: DayPlan) -> bodies.DayPlan:
+    rounds = [
+        bodies.DayRound(
+            lots=[bodies.RoundLotName(id=lot, name=name) for lot, name in each.lots],
+            due=each.due,
+            start=each.start,
+            end=each.end,
+            seconds=round(each.seconds, 1),
+            batteries=each.batteries,
+            distance_m=round(each.distance_m, 1),
+            problem=each.problem,
+            hours=[bodies.RoundStart(at=hour.at, reasons=list(hour.reasons)) for hour in each.hours],
+        )
+        for each in plan.rounds
+    ]
+    said = {str(part): SpokenSentence.of(part) for text in _texts(plan) for part in parts_of(text)}
+    return bodies.DayPlan(rounds=rounds, problems=list(plan.problems), sentences=list(said.values()))
+
+
+def _texts(plan: DayPlan) -> Iterator[str]:
+    yield from plan.problems
+    for each in plan.rounds:
+        yield each.problem
+        for hour in each.hours:
+            yield from hour.reasons
