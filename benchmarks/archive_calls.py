@@ -191,15 +191,18 @@ def measure_calls(path: Path, first: FinishedSurvey, surveys: int = SURVEYS, rep
         store.close()
 
 
-def timed_calls(store: Database, lot: str, repeats: int = REPEATS) -> dict[str, list[float]]:
+def timed_calls(
+    store: Database, lot: str, repeats: int = REPEATS, without: tuple[str, ...] = ()
+) -> dict[str, list[float]]:
     """Return the milliseconds of every call of a process that has begun, a transaction each, by its name.
 
-    The store changes before each round, as by a flight that has landed: nothing that was kept of an earlier round is
-    of use. Within a round, a call finds what the one before has left, as in the daemon.
+    Calls whose names begin as one of ``without`` are not made. The store changes before each round, as by a flight
+    that has landed: nothing that was kept of an earlier round is of use. Within a round, a call finds what the one
+    before has left, as in the daemon.
     """
     times: dict[str, list[float]] = {}
     with store.reading() as connection:
-        every = [*calls(lot), *api_calls(connection, lot)]
+        every = [each for each in (*calls(lot), *api_calls(connection, lot)) if not each[0].startswith(without)]
     for repeat in range(repeats + 1):
         with store.writing() as connection:
             connection.execute(update(LOT).where(LOT.c.id == lot).values(name=f"Lot {repeat}"))

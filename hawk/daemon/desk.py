@@ -198,7 +198,7 @@ async def _serve_page(
             lots=store,
             collects=collects,
             inbox=inbox_folder(config.inbox) if store is not None else None,
-            due=partial(moments_due, config.schedule),
+            due=partial(moments_due, config.schedule) if config.schedule else None,
             day_plan=None if days is None else days.plan,
             recordings=recordings,
             cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),

@@ -285,7 +285,7 @@ class Daemon:
             recordings=self._recording.folder,
             sections=lambda: self._lots.sections.current,
             lots=self._lots.store,
-            due=partial(moments_due, self._config.schedule),
+            due=partial(moments_due, self._config.schedule) if self._config.schedule else None,
             day_plan=self._lots.days.plan,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),

@@ -104,6 +104,7 @@ class Survey(CountedSurvey):
 
     seq: Annotated[int, Field(description="number in the order of the landings")]
     lot: Id | None
+    drone: Annotated[str | None, Field(description="name of the drone or desk that sent it; null: it was stored here")]
     datum: Degrees
     place: SurveyPlace | None
     doubt: Doubt | None
@@ -136,6 +137,9 @@ class ListedLot(Shown):
     sections: Count
     survey_count: Count
     last_survey: Survey | None
+    due: Annotated[
+        Utc | None, Field(description="when the next survey is due, by `[[schedule]]`; null: not within 7 days")
+    ]
 
 
 class Edit(Shown):

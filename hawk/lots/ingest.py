@@ -28,7 +28,7 @@ from hawk.lots.storage.digests import is_damaged
 from hawk.lots.survey import section_looks
 from hawk.lots.survey.moments import has_been
 from hawk.lots.survey.observations import keep_looks
-from hawk.lots.survey.order import now_of
+from hawk.lots.survey.order import last_landing, now_of
 from hawk.lots.survey.source import SurveyKind, source_columns
 from hawk.lots.tables import pack_stalls, pack_vehicles
 from hawk.lots.values import (
@@ -193,9 +193,7 @@ def _time_is_sure(connection: Connection, survey: FinishedSurvey) -> bool:
     """
     if survey.kind is SurveyKind.PICTURE:
         return survey.time_is_sure and has_been(survey.ended, now_of(connection))
-    flown = SURVEY.c.time_is_sure & (SURVEY.c.kind == SurveyKind.FLOWN.value)
-    earlier = select(func.max(SURVEY.c.ended)).where(flown, SURVEY.c.origin != survey.origin)
-    newest = connection.execute(earlier).scalar()
+    newest = last_landing(connection, survey.origin)
     return survey.time_is_sure and (newest is None or survey.ended >= newest)
 
 

@@ -22,7 +22,7 @@ from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
 from hawk.lots.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
-from hawk.lots.survey.order import is_ordered
+from hawk.lots.survey.order import last_of, ordered_at
 from hawk.lots.survey.private_ground import ERROR_M, rings_in
 from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
 from hawk.model.plans import Outline
@@ -72,8 +72,10 @@ def newest_survey(connection: Connection, lot: str) -> tuple[str, float | None] 
     row = connection.execute(select(LOT.c.id, LOT.c.name).where(is_named)).first()
     if row is None:
         return None
-    ended = select(func.max(SURVEY.c.ended)).where(SURVEY.c.lot == row.id, is_ordered())
-    return str(row.name), connection.execute(ended).scalar()
+    taken = select(ordered_at()).where(
+        SURVEY.c.seq == select(last_of(LOT.c.id)).where(LOT.c.id == row.id).scalar_subquery()
+    )
+    return str(row.name), connection.execute(taken).scalar()
 
 
 def last_author(connection: Connection, lot: str) -> str:

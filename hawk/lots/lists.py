@@ -40,9 +40,11 @@ from hawk.lots.plan.values import BARE, LASTING, PRIVATE
 from hawk.lots.queries import (
     CHANGE_SHOWN,
     SURVEY_SHOWN,
+    NextDue,
     change_of,
     listed_lots,
     lot_row,
+    never_due,
     survey_row,
     surveys_of,
     whole_lot,
@@ -74,7 +76,7 @@ class Asked:
     of: Sequence[ColumnElement[bool]] = field(default=(), repr=False)
 
 
-def lots(connection: Connection, asked: Asked) -> LotList:
+def lots(connection: Connection, asked: Asked, due: NextDue = never_due) -> LotList:
     """Return lots that were not merged into another one, the oldest first. Raises LotInputError for the place."""
     is_behind: ColumnElement[bool] = true()
     if asked.after is not None:
@@ -85,15 +87,15 @@ def lots(connection: Connection, asked: Asked) -> LotList:
         is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
     rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
     found = _rows(connection, rows, asked)
-    items = listed_lots(connection, [row._mapping for row in found[: asked.limit]])
+    items = listed_lots(connection, [row._mapping for row in found[: asked.limit]], due)
     return _cut(LotList, items, found, asked, lambda row: str(row.id))
 
 
-def lot(connection: Connection, lot_id: str) -> Lot:
+def lot(connection: Connection, lot_id: str, due: NextDue = never_due) -> Lot:
     """Return a lot with its place on Earth, and who edits its plan. Raises NotFoundError."""
     row = lot_row(connection, lot_id).values
     assert row is not None  # noqa: S101 - it is there
-    return whole_lot(connection, row)
+    return whole_lot(connection, row, due)
 
 
 def layouts(connection: Connection, lot_id: str, asked: Asked) -> LayoutList:

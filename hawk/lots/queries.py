@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from datetime import datetime
 from typing import Any, Final
 
 import numpy as np
@@ -28,11 +29,11 @@ from hawk.lots.registration.survey_place import (
     move_of,
 )
 from hawk.lots.rows import Row, is_among, readable, row_of
-from hawk.lots.schema import CHANGE, LOT, SECTION, STALL, SURVEY
+from hawk.lots.schema import CHANGE, DOCUMENT, LOT, SECTION, STALL, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of, found_by
-from hawk.lots.survey.order import is_sure, last_of
+from hawk.lots.survey.order import is_sure, last_of, ordered_at
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import (
@@ -43,10 +44,15 @@ from hawk.lots.values import (
 )
 
 _Shown = Mapping[str, Any] | RowMapping
+NextDue = Callable[[str, str, float | None], datetime | None]
+"""Returns when the next survey of a lot is due, by its id, its name and the time of its newest survey, Unix seconds;
+None: there is none."""
 _SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program")
 _MORE: Final = ("latitude", "longitude", "north", "east", "turn", "doubt", "began", "ended", "candidates")
+_WRITER: Final = select(DOCUMENT.c.writer).where(DOCUMENT.c.survey == SURVEY.c.seq).correlate(SURVEY).scalar_subquery()
 SURVEY_SHOWN: Final = (
     *(SURVEY.c[name] for name in (*_SHOWN, *_MORE, *SOURCE_COLUMNS)), is_sure().label("time_is_sure"),
+    _WRITER.label("drone"),
 )  # fmt: skip
 """Columns of a survey that are shown."""
 
@@ -128,21 +134,27 @@ def lot_row(connection: Connection, lot_id: str, field: str = "lot") -> Row:
     return found
 
 
-def listed_lots(connection: Connection, rows: Sequence[_Shown]) -> list[ListedLot]:
+def never_due(*_: object) -> None:
+    """Without a schedule no survey is due."""
+
+
+def listed_lots(connection: Connection, rows: Sequence[_Shown], due: NextDue = never_due) -> list[ListedLot]:
     """Return lots of the table with their numbers of stalls, sections and surveys, and the newest survey of each."""
     among = {"among": json.dumps([row["id"] for row in rows])}
     surveys = _numbers(connection, SURVEY.c.lot, true(), among)
     stalls = _numbers(connection, STALL.c.lot, STALL.c.ends.is_(None), among)
     sections = _numbers(connection, SECTION.c.lot, SECTION.c.ends.is_(None), among)
     last = select(last_of(LOT.c.id)).where(is_among(LOT.c.id))
-    last_rows = connection.execute(select(*SURVEY_SHOWN).where(SURVEY.c.seq.in_(last)), among).mappings().all()
+    asked = select(*SURVEY_SHOWN, ordered_at().label("taken_at")).where(SURVEY.c.seq.in_(last))
+    last_rows = connection.execute(asked, among).mappings().all()
     newest = {survey.lot: survey for survey in surveys_of(connection, last_rows)}
+    taken = {row["lot"]: row["taken_at"] for row in last_rows}
     zones = time_zones_of(connection, rows)
     return [
         ListedLot(
             id=row["id"], name=row["name"], time_zone=zone, stalls=stalls.get(row["id"], 0),
             sections=sections.get(row["id"], 0), survey_count=surveys.get(row["id"], 0),
-            last_survey=newest.get(row["id"]),
+            last_survey=newest.get(row["id"]), due=due(row["id"], row["name"], taken.get(row["id"])),
         )
         for row, zone in zip(rows, zones, strict=True)
     ]  # fmt: skip
@@ -156,10 +168,10 @@ def _numbers(
     return {name: count for name, count in connection.execute(asked, among)}  # noqa: C416 - rows are no pairs to mypy
 
 
-def whole_lot(connection: Connection, row: _Shown) -> Lot:
+def whole_lot(connection: Connection, row: _Shown, due: NextDue = never_due) -> Lot:
     """Return a lot of the table with its place on Earth, and who edits its plan."""
     return Lot(
-        **dict(listed_lots(connection, [row])[0]), datum=list(datum_of(connection, row["id"])),
+        **dict(listed_lots(connection, [row], due)[0]), datum=list(datum_of(connection, row["id"])),
         datum_is_pinned=row["datum_is_pinned"],
         outline=[[list(corner) for corner in ring] for ring in outline_of(row["outline"]).polygons],
         edit=serialize.shown_edit(connection, row["id"]), revision=versions.revision_of(connection, row["id"]),
@@ -176,7 +188,7 @@ def _survey_values(row: _Shown) -> dict[str, Any]:
     shown = {name: row[name] for name in _SHOWN}
     doubt = Doubt.read(row["doubt"])
     is_placed = row["north"] is not None
-    shown["found"] = found_by(row)
+    shown |= {"found": found_by(row), "drone": row["drone"]}
     shown["datum"] = [row["latitude"], row["longitude"]]
     shown["place"] = {name: row[name] for name in ("north", "east", "turn")} if is_placed else None
     shown["doubt"] = None if doubt is None else asdict(doubt)

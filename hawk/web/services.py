@@ -117,9 +117,9 @@ class WebServices:
     """Documents of surveys are taken from drones."""
     inbox: InboxFolder | None = None
     """Folder that programs fill with pictures; None: none are taken here."""
-    due: Callable[[str, str, float | None, float, int], list[datetime]] = lambda *_: []
+    due: Callable[[str, str, float | None, float, int], list[datetime]] | None = None
     """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
-    for how many days.
+    for how many days. None: there is no schedule.
     """
     day_plan: Callable[[Forecast | None, int], Awaitable[DayPlan]] | None = None
     """Returns the rounds of the next 24 hours for a forecast and a number of full batteries. Raises DayPlanError."""

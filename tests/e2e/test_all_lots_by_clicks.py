@@ -10,7 +10,7 @@ import pytest
 from playwright.async_api import Browser, expect
 
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOT
+from hawk.lots.schema import LOT, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.poses import GlobalPose
@@ -18,6 +18,7 @@ from tests.e2e.desk import desk_of
 from tests.e2e.hands import new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.watching import watch
+from tests.integration.daemon_support import eventually
 from tests.unit.lots.surveys import box, survey
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
@@ -28,6 +29,13 @@ PIXELS = """() => {
   return Object.fromEntries(layer.marks.map(({ name, place }) => [name, map.getPixelFromCoordinate(place)]));
 }"""
 """Place of each lot on its map."""
+PINS = """() => {
+  const { map, layer, resolution } = document.querySelector('archive-all-lots').map;
+  const named = lots => lots.map(({ name }) => name).join(' and ');
+  const pins = layer.groups(resolution);
+  return Object.fromEntries(pins.map(lots => [named(lots), map.getPixelFromCoordinate(lots[0].place)]));
+}"""
+"""Place on the map of each pin, by the names of its lots."""
 
 
 def store_of_lots(path: Path) -> None:
@@ -78,4 +86,25 @@ async def test_a_lot_is_found_among_all_and_opened(
         await expect(page.locator("hawk-top .lot option:checked")).to_have_text("North Street")
         await expect(page).to_have_url(re.compile("#/lots/[0-9a-f-]{36}"))
         await shows(page, "of 40 stalls")
+        assert not errors
+
+
+async def test_lots_beside_each_other_are_one_pin_that_a_press_opens(browser: Browser, tmp_path: Path) -> None:
+    store_of_lots(tmp_path / FILE)
+    store = Database(tmp_path / FILE)
+    with store.writing() as connection:  # 45 m from the first lot; the third one stays 2 km away
+        connection.execute(SURVEY.update().where(SURVEY.c.seq == 2).values(latitude=52.000404, longitude=5.0))
+    store.close()
+    async with desk_of(tmp_path) as address:
+        page = await new_page(browser, locale="en")
+        errors = watch(page)
+        await page.goto(f"{address}#/lots")
+        await press(page, "All lots")
+        await shows(page, "3 of 3 lots")
+        pins = await eventually(lambda: page.evaluate(PINS), lambda found: len(found) == 2, 10)
+        box_of_map = await page.locator("archive-all-lots .ol").bounding_box()
+        assert box_of_map is not None
+        (x, y) = next(place for lots, place in pins.items() if " and " in lots)
+        await page.mouse.click(box_of_map["x"] + x, box_of_map["y"] + y)
+        await eventually(lambda: page.evaluate(PINS), lambda found: len(found) == 3, 10)
         assert not errors

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import itertools
 import json
-from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Connection, RowMapping, select
+from numpy.typing import NDArray
+from sqlalchemy import Connection, RowMapping, func, select
 
 from hawk.lots.rows import is_among
-from hawk.lots.schema import STALL
-from hawk.lots.survey.observations import STATES, looks_of
+from hawk.lots.schema import LAYOUT, STALL
+from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.values import PLACED
 from hawk.model.lot_map import StallState
+
+_Layout = tuple[str, int]
+"""A lot, and the version of its layout."""
+_Keys = NDArray[np.int64]
+_NEVER: Final = 2**62
 
 
 def counts_of(connection: Connection, surveys: Sequence[Mapping[str, Any] | RowMapping]) -> list[dict[str, Any]]:
@@ -23,35 +30,69 @@ def counts_of(connection: Connection, surveys: Sequence[Mapping[str, Any] | RowM
     the flight's own map. A stall of the layout that a survey did not look at is unknown. So the counts are those of
     the files of a survey.
     """
-    placed = [row for row in surveys if row["placed"] in PLACED and row["layout"] is not None]
-    looks = looks_of(connection, sorted(row["seq"] for row in placed))
-    line = {seq: number for number, seq in enumerate(looks.surveys)}
-    starts = np.searchsorted(looks.line, np.arange(len(line) + 1))
-    layouts: dict[tuple[str, int], list[int]] = {}
-    for row in placed:
-        layouts.setdefault((row["lot"], row["layout"]), []).append(row["seq"])
-    plans = _plans(connection, {lot for lot, _ in layouts})
-    tally = np.zeros((len(line), len(STATES)), np.int64)
-    stalls: dict[int, int] = {}
-    for (lot, version), numbers in layouts.items():
-        keys = [key for key, begins, ends in plans[lot] if begins <= version and (ends is None or ends > version)]
-        stalls |= dict.fromkeys(numbers, len(keys))
-        lines = [line[seq] for seq in numbers if seq in line]
-        among = np.concatenate([np.arange(starts[each], starts[each + 1]) for each in lines] or [np.zeros(0, np.int64)])
-        among = among[np.isin(looks.stall[among], keys)]
-        np.add.at(tally, (looks.line[among], looks.state[among]), 1)
+    layout = {
+        row["seq"]: (str(row["lot"]), int(row["layout"]))
+        for row in surveys
+        if row["placed"] in PLACED and row["layout"] is not None
+    }
+    plans = _plans(connection, set(layout.values()))
+    looks = looks_of(connection, sorted(layout))
     columns = [STATES.index(state) for state in (StallState.FREE, StallState.TAKEN)]
-    found = {seq: tally[number, columns].tolist() for seq, number in line.items()}
-    return [_counts(row, stalls.get(row["seq"]), found.get(row["seq"], (0, 0))) for row in surveys]
+    counted = dict(zip(looks.surveys, _tally(looks, layout, plans)[:, columns].tolist(), strict=True))
+    stalls = {seq: len(plans[of]) for seq, of in layout.items()}
+    return [_counts(row, stalls.get(row["seq"]), counted.get(row["seq"], (0, 0))) for row in surveys]
 
 
-def _plans(connection: Connection, lots: Collection[str]) -> dict[str, list[tuple[int, int, int | None]]]:
-    """Return key, first and last version of the layout of all stalls that lots ever had."""
-    found: dict[str, list[tuple[int, int, int | None]]] = {lot: [] for lot in lots}
-    columns = (STALL.c.lot, STALL.c.key, STALL.c.begins, STALL.c.ends)
-    asked = select(*columns).where(is_among(STALL.c.lot)).order_by(STALL.c.key)
-    for lot, *rest in connection.execute(asked, {"among": json.dumps([*lots])}):
-        found[lot].append(tuple(rest))
+def _tally(looks: Looks, layout: Mapping[int, _Layout], plans: Mapping[_Layout, _Keys]) -> NDArray[np.int64]:
+    """Return how many stalls of its layout each survey saw in each state, (S, states)."""
+    number = {of: n for n, of in enumerate(plans)}
+    wanted = np.array([number[layout[seq]] for seq in looks.surveys], np.int64)[looks.line]
+    is_of_layout = np.zeros(len(looks.line), np.bool_)
+    for each in _apart(plans):
+        keys = np.concatenate([plans[of] for of in each])
+        owner = np.full(max(keys.max(initial=0), looks.stall.max(initial=0)) + 1, -1)
+        owner[keys] = np.repeat([number[of] for of in each], [len(plans[of]) for of in each])
+        is_of_layout |= owner[looks.stall] == wanted
+    cells = (looks.line * len(STATES) + looks.state)[is_of_layout]
+    size = len(looks.surveys) * len(STATES)
+    return np.bincount(cells, minlength=size).reshape(-1, len(STATES))
+
+
+def _apart(layouts: Iterable[_Layout]) -> list[list[_Layout]]:
+    """Return layouts in groups that have each lot once: a stall is in one layout of each group."""
+    of_lots: dict[str, int] = {}
+    groups: list[list[_Layout]] = []
+    for lot, version in layouts:
+        before = of_lots.get(lot, 0)
+        of_lots[lot] = before + 1
+        if before == len(groups):
+            groups.append([])
+        groups[before].append((lot, version))
+    return groups
+
+
+def _plans(connection: Connection, layouts: Collection[_Layout]) -> dict[_Layout, _Keys]:
+    """Return the keys of the stalls of layouts: those of a lot's newest layout by their index alone."""
+    among = {"among": json.dumps(list({lot for lot, _ in layouts}))}
+    versions = select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
+    newest = {(str(lot), int(version)) for lot, version in connection.execute(versions, among)}
+    found = dict.fromkeys(layouts, np.zeros(0, np.int64))
+    present = {lot: (lot, version) for lot, version in newest if (lot, version) in found}
+    keys = select(STALL.c.lot, func.group_concat(STALL.c.key))
+    keys = keys.where(STALL.c.ends.is_(None), is_among(STALL.c.lot)).group_by(STALL.c.lot)
+    for lot, text in connection.execute(keys, {"among": json.dumps(list(present))}):
+        found[present[lot]] = np.array(text.split(","), np.int64)
+    former: dict[str, list[int]] = {}
+    for lot, version in found.keys() - newest:
+        former.setdefault(lot, []).append(version)
+    if former:
+        columns = (STALL.c.lot, STALL.c.key, STALL.c.begins, STALL.c.ends)
+        rows = select(*columns).where(is_among(STALL.c.lot)).order_by(STALL.c.lot)
+        every = connection.execute(rows, {"among": json.dumps(list(former))})
+        for lot, stalls in itertools.groupby(every, key=lambda row: str(row.lot)):
+            key, begins, ends = np.array([(row[1], row[2], _NEVER if row[3] is None else row[3]) for row in stalls]).T
+            for version in former[lot]:
+                found[lot, version] = key[(begins <= version) & (ends > version)]
     return found
 
 

@@ -24,7 +24,7 @@ from sqlalchemy import (
     select,
 )
 
-from hawk.lots.schema import DOCUMENT, OBSERVATION, STALL, SURVEY
+from hawk.lots.schema import DOCUMENT, LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.survey import moments
 from hawk.lots.survey.source import SurveyKind
 
@@ -79,6 +79,11 @@ def taken_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
     )
 
 
+def ordered_at(survey: FromClause = SURVEY) -> ColumnElement[Any]:
+    """Return when a survey was taken, Unix seconds; NULL where it is not known which surveys it follows."""
+    return case((is_ordered(survey), taken_at(survey)))
+
+
 def newest_first(survey: FromClause = SURVEY) -> tuple[ColumnElement[Any], ...]:
     """Return the order of surveys with the last one first."""
     return is_ordered(survey).desc(), taken_at(survey).desc(), *_last_stored(survey)
@@ -128,6 +133,20 @@ def _last_to_come(lot: ColumnElement[Any]) -> ScalarSelect[Any]:
     return asked.correlate(lot.table).scalar_subquery()
 
 
+def last_landing(connection: Connection, origin: str) -> float | None:
+    """Return the end of the last landing whose time is sure, Unix seconds, without the survey of an ``origin``.
+
+    Lot by lot, by the index of the order: the rows of a million surveys are not read.
+    """
+    is_other = and_(SURVEY.c.time_is_sure, SURVEY.c.kind == SurveyKind.FLOWN.value, SURVEY.c.origin != origin)
+    last = select(SURVEY.c.ended).order_by(SURVEY.c.ended.desc()).limit(1)
+    of_lot = last.where(SURVEY.c.lot == LOT.c.id, is_other).correlate(LOT).scalar_subquery()
+    of_lots = select(func.max(of_lot)).select_from(LOT)
+    of_none = last.where(SURVEY.c.lot.is_(None), is_other)
+    found = [connection.execute(asked).scalar() for asked in (of_lots, of_none)]
+    return max((float(each) for each in found if each is not None), default=None)
+
+
 def is_last_look(connection: Connection) -> ColumnElement[bool]:
     """Return the condition that a row of `OBSERVATION` is the last look at its row of `STALL`: that of a join."""
     is_of = OBSERVATION.c.stall == STALL.c.key
@@ -141,7 +160,8 @@ def _newest_look(connection: Connection, stall: ColumnElement[Any]) -> ScalarSel
     than one.
     """
     looks = select(_LOOK.c.survey).where(_LOOK.c.stall == stall)
-    has_pictures = exists().where(SURVEY.c.kind == SurveyKind.PICTURE.value)
+    of_lot = select(SURVEY.c.seq).where(SURVEY.c.lot == LOT.c.id, SURVEY.c.kind == SurveyKind.PICTURE.value)
+    has_pictures = select(LOT.c.id).where(of_lot.correlate(LOT).exists()).exists()  # lot by lot, by the index
     if connection.execute(select(or_(has_pictures, exists().select_from(DOCUMENT)))).scalar():
         of = looks.join(_LOOKED, _LOOKED.c.seq == _LOOK.c.survey)
         asked = of.order_by(*newest_first(_LOOKED)).limit(1)

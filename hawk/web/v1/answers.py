@@ -17,6 +17,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from functools import wraps
 from http import HTTPStatus
 from typing import TYPE_CHECKING, Any, Final
@@ -63,6 +64,9 @@ _LEVEL: Final = 4
 """Of gzip: a list of stalls is 8 times smaller, in 2 ms a megabyte less than at level 9."""
 MOST_KEPT_BYTES: Final = 8_000_000
 """Of the answers that are kept: the stalls of 60 surveys of a lot of 2,000 stalls."""
+DUE_DAYS: Final = 7
+"""Days from now on in which the next survey of a lot is looked for."""
+MINUTE_S: Final = 60.0
 BUSY: Final = "The store of lots is busy: ask again in some seconds."
 NO_LOTS: Final = "There is no store of lots here."
 ANYTHING: Final = "*"
@@ -141,21 +145,24 @@ def reader(
     prepare: Prepare | None = None,
     bad_parameter: int = HTTPStatus.UNPROCESSABLE_ENTITY,
     lot_of: LotOf | None = None,
+    *,
+    is_timed: bool = False,
 ) -> Handler:
     """Return the handler of an address that reads the store.
 
     ``bad_parameter``: status of an answer to a parameter that cannot be used; a standard may ask for another one.
-    ``lot_of``: finds the lot of an address that has no id in it.
+    ``lot_of``: finds the lot of an address that has no id in it. ``is_timed``: the answer says when surveys are due:
+    its ETag lasts a minute at most where there is a schedule.
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
         given = request_of(request, query)
         known, packs = request.headers.get(hdrs.IF_NONE_MATCH, ""), accepts_gzip(request)
         place = hashlib.sha256(f"{given.base}{request.path_qs}".encode()).hexdigest()[:12]
-        kept = request.app[KEPT]
+        kept, minute = request.app[KEPT], _minute_of(request) if is_timed else ""
 
         def tag_of(connection: Connection) -> str:
-            return f'W/"{database.version_of(connection)}-{place}"'
+            return f'W/"{database.version_of(connection)}-{place}{minute}"'
 
         def look(connection: Connection) -> _Packed | None:
             tag = tag_of(connection)
@@ -202,6 +209,22 @@ async def opened(request: web.Request) -> LotStore:
 def now_of(request: web.Request) -> float:
     """Return the time, UTC, Unix seconds."""
     return request.app[SERVICES].wall()
+
+
+def next_due_of(request: web.Request) -> Callable[[str, str, float | None], datetime | None]:
+    """Return the function that says when the next survey of a lot is due, in `DUE_DAYS` at most."""
+    due, now = request.app[SERVICES].due, now_of(request)
+
+    def next_due(lot: str, name: str, last: float | None) -> datetime | None:
+        found = [] if due is None else due(lot, name, last, now, DUE_DAYS)
+        return found[0] if found else None
+
+    return next_due
+
+
+def _minute_of(request: web.Request) -> str:
+    """Return a text that differs each minute where surveys are due by the clock, else ""."""
+    return "" if request.app[SERVICES].due is None else f"-{now_of(request) // MINUTE_S:.0f}"
 
 
 @contextlib.asynccontextmanager
@@ -307,7 +330,9 @@ def _templates(app: web.Application) -> list[str]:
 
 def request_of(request: web.Request, query: type[Q]) -> Request[Q]:
     """Return a request without its connection. Raises LotInputError for a parameter."""
-    return Request(dict(request.match_info), query_of(request, query), base_of(request), now_of(request))
+    return Request(
+        dict(request.match_info), query_of(request, query), base_of(request), now_of(request), next_due_of(request)
+    )
 
 
 def base_of(request: web.BaseRequest) -> str:

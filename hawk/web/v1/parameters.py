@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Annotated, Any, Final, Generic, Literal, TypeVar
 
 from aiohttp import web
@@ -247,13 +248,15 @@ M = TypeVar("M", bound=BaseModel)
 @dataclass(frozen=True, slots=True)
 class Request(Generic[Q]):
     """A request without its connection: ``path`` holds the values of the address's fields, ``base`` is the address of
-    this server as the client has it, without a last slash, ``now`` the time, UTC, Unix seconds.
+    this server as the client has it, without a last slash, ``now`` the time, UTC, Unix seconds. ``due``: as
+    `hawk.lots.queries.NextDue`.
     """
 
     path: Mapping[str, str]
     query: Q
     base: str
     now: float
+    due: Callable[[str, str, float | None], datetime | None] = lambda *_: None
 
     @property
     def id(self) -> str:

@@ -68,12 +68,12 @@ def _period(connection: Connection, asked: Request[P]) -> Period:
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
-    return _listed(lists.lots(connection, _part(asked.query)))
+    return _listed(lists.lots(connection, _part(asked.query), asked.due))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a lot."""
-    return Answer(lists.lot(connection, asked.id))
+    return Answer(lists.lot(connection, asked.id, asked.due))
 
 
 def layouts(connection: Connection, asked: Request[forms.Listed]) -> Answer:

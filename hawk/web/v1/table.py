@@ -73,9 +73,9 @@ _REPORT_LIMITS: Final[dict[Kind, str]] = {"html": "", "pdf": "; 409 in flight", 
 
 def _read(
     path: str, name: str, text: str, tag: str, read: Read, answer: type[Any], query: type[Query] = Query,
-    prepare: Prepare | None = None,
+    prepare: Prepare | None = None, *, is_timed: bool = False,
 ) -> Operation:  # fmt: skip
-    return Operation("GET", path, name, text, tag, reader(query, read, prepare), answer, query)
+    return Operation("GET", path, name, text, tag, reader(query, read, prepare, is_timed=is_timed), answer, query)
 
 
 def _change(
@@ -150,8 +150,9 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
 
 
 _READS: Final = (
-    _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, lots.LotList, parameters.Listed),
-    _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, lots.Lot),
+    _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, lots.LotList, parameters.Listed,
+          is_timed=True),
+    _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, lots.Lot, is_timed=True),
     _read("/lots/{id}/layouts", "layouts", "Versions of a lot's layout, the first one first", LOTS, reads.layouts,
           lots.LayoutList, parameters.Listed),
     _read("/lots/{id}/layouts/{version}/stalls", "layout_stalls", "Stalls of a version of a lot's layout, as they were",

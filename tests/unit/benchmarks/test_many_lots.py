@@ -12,7 +12,7 @@ from hawk.lots.storage.database import Database
 @pytest.mark.slow
 def test_every_lot_of_a_drawn_store_is_whole_and_listed(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
-    fill(path, lots=5, surveys=2)
+    fill(path, lots=5, surveys=2, size=40)
     store = Database(path)
     assert store.damage == ""
     with store.reading() as connection:

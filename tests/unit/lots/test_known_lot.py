@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -87,6 +88,9 @@ def test_the_newest_survey_of_a_lot_by_its_id_or_name(tmp_path: Path) -> None:
         commands.rename(connection, saved.lot, "North", "operator", NOW)
         assert newest_survey(connection, "North") == newest_survey(connection, saved.lot) == ("North", last.ended)
         assert newest_survey(connection, "South") is None
+        unsure = replace(later(survey(stalls=6), 3), began=0.0, ended=40.0, time_is_sure=False)
+        save(connection, unsure)
+        assert newest_survey(connection, "North") == ("North", last.ended), "a clock that is wrong says nothing"
 
 
 def test_the_last_author_is_named_until_another_change_is_made(tmp_path: Path) -> None:

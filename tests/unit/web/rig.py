@@ -7,6 +7,7 @@ import json
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +90,7 @@ class Rig:
     lots: LotStore | None = None
     collects: bool = False
     inbox: InboxFolder | None = None
+    due: Callable[[str, str, float | None, float, int], list[datetime]] | None = None
     day_plan: DayPlanOf | None = None
     tls: Tls | None = None
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
@@ -129,6 +131,7 @@ class Rig:
             lots=self.lots,
             collects=self.collects,
             inbox=self.inbox,
+            due=self.due,
             day_plan=None if self.day_plan is None else self._planned,
             tls=self.tls,
             wall=self.wall,

@@ -442,6 +442,7 @@ export interface ListedLot {
   sections: number;
   survey_count: number;
   last_survey: Survey | null;
+  due: string | null;
 }
 
 /** A section of a plan with its place on Earth and the newest look at it; null where no survey looked. */
@@ -488,6 +489,7 @@ export interface Lot {
   sections: number;
   survey_count: number;
   last_survey: Survey | null;
+  due: string | null;
   datum: [number, number];
   datum_is_pinned: boolean;
   outline: [number, number][][];
@@ -985,6 +987,7 @@ export interface Survey {
   ended: string;
   seq: number;
   lot: string | null;
+  drone: string | null;
   datum: [number, number];
   place: SurveyPlace | null;
   doubt: Doubt | null;

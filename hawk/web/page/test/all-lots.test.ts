@@ -4,9 +4,9 @@ import type { ListedLot, Survey } from "../src/api.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
 import { lotsFound, marksOf, takenShare } from "../src/views/all-lots.ts";
 
-function lot(name: string, last: Partial<Survey> | null): ListedLot {
-  const seen = { free: 0, taken: 0, ended: "2026-05-04T10:00:00Z", datum: [52, 5], ...last } as Survey;
-  return { id: name, name, time_zone: "UTC", stalls: 40, sections: 0, survey_count: 1, last_survey: last === null ? null : seen };
+function lot(name: string, last: Partial<Survey> | null, due: string | null = null): ListedLot {
+  const seen = { free: 0, taken: 0, drone: null, ended: "2026-05-04T10:00:00Z", datum: [52, 5], ...last } as Survey;
+  return { id: name, name, time_zone: "UTC", stalls: 40, sections: 0, survey_count: 1, last_survey: last === null ? null : seen, due };
 }
 
 const LOTS = [
@@ -29,6 +29,18 @@ describe("all lots", () => {
     assert.deepEqual(names(lotsFound(LOTS, "", "free")), ["Étoile North", "Lot 2", "Lot 10", "New"]);
     assert.deepEqual(names(lotsFound(LOTS, "", "seen")), ["New", "Lot 2", "Étoile North", "Lot 10"]);
     assert.deepEqual(names(LOTS), ["Lot 10", "Étoile North", "Lot 2", "New"], "the list that was given stays as it is");
+  });
+
+  it("are found by the drone of their newest survey, and stand by it or the one that is due first", () => {
+    const some = [
+      lot("North", { drone: "Drone 10" }, "2026-05-08T08:00:00Z"),
+      lot("East", { drone: "Drone 2" }),
+      lot("South", { drone: null }, "2026-05-07T08:00:00Z"),
+      lot("New", null),
+    ];
+    assert.deepEqual(names(lotsFound(some, "drone 2", "name")), ["East"]);
+    assert.deepEqual(names(lotsFound(some, "", "due")), ["South", "North", "East", "New"]);
+    assert.deepEqual(names(lotsFound(some, "", "drone")), ["New", "South", "East", "North"]);
   });
 
   it("are as full as the stalls with a known state say", () => {

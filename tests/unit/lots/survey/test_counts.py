@@ -5,14 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import Connection, select, update
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sqlalchemy import Connection, create_engine, insert, select, update
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, lots, surveys
 from hawk.exports.records import read_survey
 from hawk.lots import lists
 from hawk.lots.ingest import save
-from hawk.lots.schema import SURVEY
+from hawk.lots.schema import LAYOUT, METADATA, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.values import FinishedSurvey, Placed
@@ -73,3 +75,45 @@ def test_a_survey_whose_place_is_not_certain_has_the_counts_of_its_own_map(store
         save(connection, survey(), find_stalls)
         connection.execute(update(SURVEY).values(placed=Placed.UNREGISTERED.value, free=3, taken=2, unknown=1))
         assert counted(connection, 1) == {"free": 3, "taken": 2, "unknown": 1}
+
+
+_VERSIONS = st.integers(1, 4)
+_STALLS = st.lists(
+    st.tuples(st.integers(0, 2), _VERSIONS, st.none() | st.integers(1, 5), st.sampled_from(["", "free", "taken"])),
+    max_size=12,
+)
+
+
+@given(stalls=_STALLS, layouts=st.lists(st.tuples(st.integers(0, 2), _VERSIONS), min_size=1, max_size=8))
+@settings(max_examples=60, deadline=None)
+def test_stalls_of_the_layout_of_each_survey_are_counted_and_no_others(
+    stalls: list[tuple[int, int, int | None, str]], layouts: list[tuple[int, int]]
+) -> None:
+    """A stall has a lot, a first version, the one that ends it, and a state, "" for one that no survey looked at."""
+    engine = create_engine("sqlite://")
+    with engine.begin() as connection:
+        METADATA.create_all(connection)
+        numbers = [*layouts, *((lot, max(begins, ends or 1)) for lot, begins, ends, _ in stalls)]
+        newest = {lot: max(number for of, number in numbers if of == lot) for lot, _ in numbers}
+        for lot, last in newest.items():
+            shown = {"valid_from": 0.0, "why": "", "who": ""}
+            for version in range(1, last + 1):
+                connection.execute(insert(LAYOUT).values(lot=str(lot), version=version, **shown))
+        for key, (lot, begins, ends, _) in enumerate(stalls, 1):
+            shape = dict.fromkeys(("north", "east", "angle", "width", "length"), 1.0)
+            row = {"key": key, "id": str(key), "lot": str(lot), "label": "", "kind": "", "is_confirmed": False}
+            connection.execute(insert(STALL).values(**row, **shape, begins=begins, ends=ends))
+        rows = []
+        for seq, (lot, version) in enumerate(layouts, 1):
+            rows.append({"seq": seq, "lot": str(lot), "layout": version, "placed": Placed.REGISTERED.value})
+            for key, (_, _, _, state) in enumerate(stalls, 1):
+                look = {"looked_at": 0.0, "taken_probability": 0.5, "picture_count": 1, "state": state}
+                if state:
+                    connection.execute(insert(OBSERVATION).values(survey=seq, stall=key, **look))
+        there = [
+            [state for of, begins, ends, state in stalls if of == lot and begins <= version < (ends or 9)]
+            for lot, version in layouts
+        ]
+        wanted = [{"free": s.count("free"), "taken": s.count("taken"), "unknown": s.count("")} for s in there]
+        assert counts_of(connection, rows) == wanted
+    engine.dispose()

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sqlalchemy import insert, select, update
+from sqlalchemy import event, insert, select, update
 
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.exports.features import Choice, extent, lots, stalls
@@ -20,7 +20,7 @@ from hawk.exports.records import read_survey, survey_of, surveys_of
 from hawk.lots.ingest import save
 from hawk.lots.schema import LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
-from hawk.lots.survey.order import is_last_look, last_of, newest_first, taken_at
+from hawk.lots.survey.order import is_last_look, last_landing, last_of, newest_first, taken_at
 from hawk.lots.survey.source import PictureSource, SourceKind, SurveyKind
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc
 from hawk.stats.panel import read_panel
@@ -260,3 +260,40 @@ def test_a_landing_without_a_sure_time_has_that_of_the_sure_landing_before_it_in
     assert found == dict(zip((name for name, *_ in others), expected, strict=True))
     assert ordered[:3] == ["flown, later than now", "flown, unsure at last", "flown, sure"]
     assert ordered[-2:] == ["pictures, unsure", "pictures, later than now"]
+
+
+def test_the_last_landing_is_that_of_all_lots_and_of_surveys_without_one(store: Database) -> None:
+    with store.writing() as connection:
+        assert last_landing(connection, "") is None
+        first = save(connection, survey())
+        last = save(connection, later(survey(), 2))
+        alone = save(connection, later(survey(), 3))
+        ends = {seq: float(end) for seq, end in connection.execute(select(SURVEY.c.seq, SURVEY.c.ended))}
+        origins = {seq: str(origin) for seq, origin in connection.execute(select(SURVEY.c.seq, SURVEY.c.origin))}
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == alone.seq).values(lot=None))
+        assert last_landing(connection, "") == ends[alone.seq]
+        assert last_landing(connection, origins[alone.seq]) == ends[last.seq], "but for the survey itself"
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == last.seq).values(time_is_sure=False))
+        picture = SurveyKind.PICTURE.value
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == alone.seq).values(kind=picture))
+        assert last_landing(connection, "") == ends[first.seq], "neither unsure times nor pictures"
+
+
+def test_no_question_about_the_newest_reads_all_surveys(store: Database) -> None:
+    """A store has a million surveys of 10 kB: questions at each landing and page read the index of the order alone."""
+    asked: list[tuple[str, object]] = []
+
+    def note(_: object, __: object, statement: str, parameters: object, *___: object) -> None:
+        asked.append((statement, parameters))
+
+    with store.writing() as connection:
+        event.listen(connection, "before_cursor_execute", note)
+        last_landing(connection, "a flight")
+        is_last_look(connection)
+        event.remove(connection, "before_cursor_execute", note)
+        assert len(asked) == 3
+        for statement, parameters in asked:
+            plan = connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {statement}", parameters)  # type: ignore[arg-type]
+            steps = [row.detail for row in plan if "survey" in row.detail]
+            assert steps
+            assert all(step.startswith("SEARCH survey USING") and "ix_survey_order" in step for step in steps), steps

@@ -94,7 +94,10 @@ async def test_a_document_is_stored_with_its_picture_and_answered_the_same_each_
         assert pictures_of(centre.store.path).read(document.survey.id) == {(0, 0): tile()}
     async with await centre.stand.tool(Role.VIEWER) as viewer:
         async with viewer.get(centre.url("/api/v1/surveys")) as answer:
-            assert [each["placed"] for each in (await answer.json())["items"]] == ["first", "registered"]
+            items = (await answer.json())["items"]
+            assert [(each["placed"], each["drone"]) for each in items] == [("first", ONE), ("registered", ONE)]
+        async with viewer.get(centre.url("/api/v1/lots")) as answer:
+            assert [each["last_survey"]["drone"] for each in (await answer.json())["items"]] == [ONE]
         async with viewer.get(centre.url(f"/api/v1/lots/{document.survey.lot}/stalls?limit=1000")) as answer:
             assert {each["survey"] for each in (await answer.json())["items"]} == {document.survey.id}
 

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from sqlalchemy import delete
 
+from hawk.comm.protocol.authority import Role
 from hawk.lots import answers as lots
 from hawk.lots.plan import answers as plans
 from hawk.lots.schema import LOOKS
+from hawk.lots.store import LotStore
 from hawk.stats import answers as uses
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
@@ -21,7 +26,9 @@ from hawk.web.v1.features import answers as shapes
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import NOTHING, WORDS
 from tests.sweep import sweep
-from tests.unit.web.v1.archive import NOWHERE, Archive
+from tests.unit.web.rig import Rig
+from tests.unit.web.stand import Stand
+from tests.unit.web.v1.archive import NOWHERE, Archive, Filled
 
 
 async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive) -> None:
@@ -314,3 +321,38 @@ async def test_surveys_that_are_due_are_asked_of_the_settings(archive: Archive) 
     assert (await archive.shown(f"/lots/{archive.lot}/due?days=30", bodies.DueList))["items"] == []
     status, problem = await archive.refused(f"/lots/{'0' * 8 + '-0000-4000-8000-' + '0' * 12}/due")
     assert (status, problem["field"]) == (404, "id")
+
+
+async def test_a_list_of_lots_says_when_the_next_survey_of_each_is_due(
+    tmp_path: Path, rig: Rig, filled: Filled
+) -> None:
+    """The moment is asked for with the time of the newest survey, and again once a minute: no change of the store says
+    that it has come.
+    """
+    asked: list[tuple[str, float | None]] = []
+
+    def due(lot: str, name: str, last: float | None, now: float, days: int) -> list[datetime]:
+        asked.append((lot, last))
+        return [datetime.fromtimestamp(now + 3600, UTC)] if (lot, days) == (filled.lot, 7) else []
+
+    rig.due, rig.lots = due, LotStore(Path(shutil.copy(filled.file, tmp_path / "lots.db")))
+    stand, rig.folder = Stand(rig, tmp_path), tmp_path
+    await rig.start()
+    async with await stand.tool(Role.VIEWER) as viewer:
+        assert rig.server is not None
+        address = str(rig.server.make_url("/api/v1/lots"))
+        async with viewer.get(address) as answer:
+            items, tag = (await answer.json())["items"], answer.headers["ETag"]
+        assert [each["due"] for each in items] == ["2027-01-15T09:00:00Z", None]
+        newest = datetime.fromisoformat(items[0]["last_survey"]["ended"]).timestamp()
+        lot, last = asked[0]
+        assert lot == filled.lot
+        assert last == pytest.approx(newest)
+        for passed, wanted in ((30.0, 304), (30.0, 200)):
+            rig.wall.advance(passed)
+            async with viewer.get(address, headers={"If-None-Match": tag}) as answer:
+                assert answer.status == wanted
+        async with viewer.get(f"{address}/{filled.lot}") as answer:
+            assert (await answer.json())["due"] == "2027-01-15T09:01:00Z"
+    await stand.close()
+    await rig.lots.close()

@@ -5,17 +5,8 @@ import Projection from "ol/proj/Projection.js";
 import View from "ol/View.js";
 import { FONT_FAMILY } from "../font.ts";
 import { type Coordinate, type Extent, extentOf, type Sight, toPixel } from "./geometry.ts";
+import { APART_PX, groupsOf, type LotGroup, type LotMark } from "./lot-groups.ts";
 import { WideCanvas } from "./wide-canvas.ts";
-
-/** A lot on the map of all: its place in metres east and north, and how full it is; null: nobody knows. */
-export interface LotMark {
-  id: string;
-  name: string;
-  words: string;
-  /** Share of what is known that is taken, 0 to 1. */
-  taken: number | null;
-  place: Coordinate;
-}
 
 /** Half of the Earth: lots of one store may lie anywhere. */
 const HALF_WORLD_M = 2e7;
@@ -33,9 +24,12 @@ const UNKNOWN = "#9aa5b0";
 const FREE = "#70b6ff";
 const TAKEN = "#ff6a14";
 const FONT = `600 13px ${FONT_FAMILY}`;
+const SMALL_FONT = `600 10px ${FONT_FAMILY}`;
+/** Lots of a pin from which on their thousands are written. */
+const MOST_WRITTEN = 1000;
 const LINE_PX = 18;
 
-/** Lots as marks that fill with what is taken, named where there is room. It is drawn when something changes and not otherwise. */
+/** Lots as marks that fill with what is taken, named where there is room; those whose marks would touch are one pin with their number. It is drawn when something changes and not otherwise. */
 export class LotsMap {
   private readonly map: OlMap;
   private readonly view: View;
@@ -48,8 +42,11 @@ export class LotsMap {
     const interactions = defaultInteractions({ altShiftDragRotate: false, pinchRotate: false });
     this.map = new OlMap({ target: element, layers: [this.layer], view: this.view, controls: [], interactions });
     this.map.on("singleclick", ({ coordinate: [east = 0, north = 0] }) => {
-      const lot = this.layer.at([east, north], this.resolution);
-      if (lot !== "") chosen(lot);
+      const group = this.layer.at([east, north], this.resolution);
+      if (!group) return;
+      // Lots on one place stay one pin however near the map is: the table names the others.
+      if (groupsOf(group, NEAREST_M).length === 1) chosen(group[0].id);
+      else this.open(group);
     });
     this.map.on("moveend", moved);
     this.layer.words = wordsOn(element);
@@ -74,10 +71,18 @@ export class LotsMap {
   }
 
   showAll(): void {
-    const extent = extentOf(this.layer.marks.map(({ place }) => place));
+    this.fit(this.layer.marks, { minResolution: ALONE_M });
+  }
+
+  /** Zooms in until the lots of a pin have pins of their own. */
+  private open(group: LotGroup): void {
+    this.fit(group, { minResolution: NEAREST_M, duration: EASE_MS });
+  }
+
+  private fit(marks: readonly LotMark[], options: { minResolution: number; duration?: number }): void {
+    const extent = extentOf(marks.map(({ place }) => place));
     const size = this.map.getSize();
-    if (!extent || !size) return;
-    this.view.fit(extent, { size, padding: PADDING_PX, minResolution: ALONE_M });
+    if (extent && size) this.view.fit(extent, { size, padding: PADDING_PX, ...options });
   }
 
   zoom(factor: number): void {
@@ -104,7 +109,8 @@ function wordsOn(element: HTMLElement): WordColours {
 class MarksLayer extends Layer {
   marks: readonly LotMark[] = [];
   words: WordColours = { text: "#000", seam: "#fff" };
-  private readonly wide = new WideCanvas("lots", (context, sight) => paint(context, sight, this.marks, this.words));
+  private readonly wide = new WideCanvas("lots", (context, sight) => paint(context, sight, this.groups(sight.resolution), this.words));
+  private grouped: { resolution: number; groups: readonly LotGroup[] } | null = null;
 
   constructor() {
     super({});
@@ -112,17 +118,25 @@ class MarksLayer extends Layer {
 
   show(marks: readonly LotMark[]): void {
     this.marks = marks;
+    this.grouped = null;
     this.wide.touch();
     this.changed();
   }
 
-  /** The nearest lot under a finger at a place; "" for none. */
-  at([east, north]: Coordinate, resolution: number): string {
-    let found = "";
+  /** The pins at a resolution, metres a pixel. */
+  private groups(resolution: number): readonly LotGroup[] {
+    if (this.grouped?.resolution !== resolution) this.grouped = { resolution, groups: groupsOf(this.marks, resolution) };
+    return this.grouped.groups;
+  }
+
+  /** The nearest pin under a finger at a place; null for none. */
+  at([east, north]: Coordinate, resolution: number): LotGroup | null {
+    let found: LotGroup | null = null;
     let nearest = HIT_PX * resolution;
-    for (const { id, place } of this.marks) {
+    for (const group of this.groups(resolution)) {
+      const [{ place }] = group;
       const distance = Math.hypot(place[0] - east, place[1] - north);
-      if (distance < nearest) [found, nearest] = [id, distance];
+      if (distance < nearest) [found, nearest] = [group, distance];
     }
     return found;
   }
@@ -133,15 +147,19 @@ class MarksLayer extends Layer {
   }
 }
 
-function paint(context: CanvasRenderingContext2D, sight: Sight, marks: readonly LotMark[], { text: ink, seam }: WordColours): void {
-  const shown = marks.map((mark) => ({ mark, pixel: toPixel(sight, mark.place) })).filter(({ pixel: [x, y] }) => x > -HIT_PX && y > -HIT_PX && x < sight.width + HIT_PX && y < sight.height + HIT_PX);
-  for (const { mark, pixel } of shown) drawMark(context, mark, pixel);
+function paint(context: CanvasRenderingContext2D, sight: Sight, groups: readonly LotGroup[], { text: ink, seam }: WordColours): void {
+  const shown = groups.map((group) => ({ group, pixel: toPixel(sight, group[0].place) })).filter(({ pixel: [x, y] }) => x > -HIT_PX && y > -HIT_PX && x < sight.width + HIT_PX && y < sight.height + HIT_PX);
+  for (const { group, pixel } of shown) {
+    if (group.length === 1) drawMark(context, group[0], pixel);
+    else drawNumber(context, group.length, pixel, { text: ink, seam });
+  }
   context.font = FONT;
   context.textBaseline = "middle";
   context.lineJoin = "round";
   context.lineWidth = 4;
   const used = new Set<string>();
-  for (const { mark, pixel: [x, y] } of shown) {
+  for (const { group: [mark, ...others], pixel: [x, y] } of shown) {
+    if (others.length > 0) continue;
     const text = `${mark.name} · ${mark.words}`;
     const cells = cellsOf(x, y, context.measureText(text).width);
     if (cells.some((cell) => used.has(cell))) continue; // the table names it
@@ -172,6 +190,23 @@ function drawMark(context: CanvasRenderingContext2D, { taken }: LotMark, [x, y]:
   context.strokeStyle = CASE;
   context.lineWidth = 2;
   context.stroke();
+}
+
+/** A circle with the number of lots that it stands for. */
+function drawNumber(context: CanvasRenderingContext2D, lots: number, [x, y]: Coordinate, { text, seam }: WordColours): void {
+  context.beginPath();
+  context.arc(x, y, APART_PX / 2, 0, 2 * Math.PI);
+  context.fillStyle = seam;
+  context.fill();
+  context.strokeStyle = text;
+  context.lineWidth = 2;
+  context.stroke();
+  context.font = lots < 100 ? FONT : SMALL_FONT;
+  context.textAlign = "center";
+  context.textBaseline = "middle";
+  context.fillStyle = text;
+  context.fillText(lots < MOST_WRITTEN ? `${lots}` : `${Math.floor(lots / MOST_WRITTEN)}k`, x, y);
+  context.textAlign = "start";
 }
 
 /** Squares of the map that a name takes. */

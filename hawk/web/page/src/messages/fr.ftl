@@ -1800,6 +1800,11 @@ all-lots-more = { $lots } de plus
 all-lots-stalls = Places
 all-lots-surveys = Relevés
 all-lots-seen = Vu le
+all-lots-by-due = À relever d’abord
+all-lots-by-drone = Par drone
+all-lots-drone = Drone
+all-lots-due = Relevé dû
+all-lots-due-since = depuis { $when }
 all-lots-never = jamais
 all-lots-free =
     { $free ->

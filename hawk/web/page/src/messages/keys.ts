@@ -1185,6 +1185,11 @@ export interface Messages {
   "all-lots-stalls": Record<string, never>;
   "all-lots-surveys": Record<string, never>;
   "all-lots-seen": Record<string, never>;
+  "all-lots-by-due": Record<string, never>;
+  "all-lots-by-drone": Record<string, never>;
+  "all-lots-drone": Record<string, never>;
+  "all-lots-due": Record<string, never>;
+  "all-lots-due-since": { when: string | number };
   "all-lots-never": Record<string, never>;
   "all-lots-free": { free: string | number };
 }

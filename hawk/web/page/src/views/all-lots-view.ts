@@ -9,12 +9,12 @@ import { icon } from "../ui/icons.ts";
 import { timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
+import { droneOf, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
 
 const ZOOM = 1.6;
 /** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
-const ORDERS: readonly LotOrder[] = ["name", "free", "seen"];
+const ORDERS: readonly LotOrder[] = ["name", "free", "seen", "due", "drone"];
 
 /** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
 @customElement("archive-all-lots")
@@ -89,16 +89,18 @@ export class AllLotsView extends LitElement {
   }
 
   private table(lots: readonly ListedLot[]): TemplateResult {
-    const heads = ["archive-lot", "archive-free", "archive-taken", "archive-unknown", "all-lots-stalls", "all-lots-surveys", "all-lots-seen"] as const;
+    const heads = ["archive-lot", "archive-free", "archive-taken", "archive-unknown", "all-lots-stalls", "all-lots-surveys", "all-lots-seen", "all-lots-drone", "all-lots-due"] as const;
     const cell = (column: (typeof heads)[number], value: string): TemplateResult => html`<td data-column=${say(column)}>${value}</td>`;
     return html`<div class="wide" tabindex="0" role="region" aria-label=${say("all-lots")}><table class="cards">
       <thead><tr>${heads.map((key) => html`<th scope="col">${say(key)}</th>`)}</tr></thead>
       <tbody>${lots.map((lot) => {
         const { last_survey: last } = lot;
         const seen = last === null ? say("all-lots-never") : timeOnClock(last.ended, lot.time_zone, { day: "numeric", month: "short", year: "numeric" });
+        const due = lot.due === null ? "–" : timeOnClock(lot.due, lot.time_zone, { weekday: "short", day: "numeric", month: "short", hour: "2-digit", minute: "2-digit" });
         return html`<tr><th scope="row"><button class="plain link" @click=${() => this.open(lot.id)}>${lot.name}</button></th>
           ${cell("archive-free", last ? number(last.free) : "–")}${cell("archive-taken", last ? number(last.taken) : "–")}${cell("archive-unknown", last ? number(last.unknown) : "–")}
-          ${cell("all-lots-stalls", number(lot.stalls))}${cell("all-lots-surveys", number(lot.survey_count))}${cell("all-lots-seen", seen)}</tr>`;
+          ${cell("all-lots-stalls", number(lot.stalls))}${cell("all-lots-surveys", number(lot.survey_count))}${cell("all-lots-seen", seen)}
+          ${cell("all-lots-drone", droneOf(lot) || "–")}${cell("all-lots-due", lot.due !== null && Date.parse(lot.due) <= Date.now() ? say("all-lots-due-since", { when: due }) : due)}</tr>`;
       })}</tbody>
     </table></div>`;
   }
