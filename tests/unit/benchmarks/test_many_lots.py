@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.many_lots import figures, fill, measure
+from benchmarks.many_lots import figures, measure
+from benchmarks.many_lots_store import fill
 from hawk.lots import lists
 from hawk.lots.storage.database import Database
 

@@ -157,7 +157,7 @@ async def test_a_read_without_end_is_ended_and_refused_in_words(
     archive: Archive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     endless = text("WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT count(*) FROM n")
-    monkeypatch.setattr("hawk.lots.lists.lots", lambda connection, _: connection.execute(endless).scalar())
+    monkeypatch.setattr("hawk.lots.lists.lots", lambda connection, *_: connection.execute(endless).scalar())
     monkeypatch.setattr(LotStore.read, "__defaults__", (0.1,))
     status, problem = await archive.refused("/lots")
     assert (status, problem["detail"]) == (503, TOO_LONG)
