@@ -12,8 +12,8 @@ import logging
 import secrets
 import signal
 import time
-from collections.abc import AsyncIterator
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Iterator
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from importlib.metadata import version
@@ -179,45 +179,59 @@ async def _serve_page(
     status: Topic[DroneStatus] = Topic("status", clock)
     occupancy_map: Topic[OccupancyMap] = Topic("occupancy_map", clock)
     video: Topic[AnnotatedFrame] = Topic("annotated", clock)
+    side = OperatorSide.create(clock, config.operator, refuse)
     tls = load_tls(config.web, in_flight=False)
     folder = config.store.directory
-    days = None if store is None else DayPlanner(store, config, partial(drone_of, config))
-    server = WebServer(
-        WebServices(
-            clock=clock,
-            web=config.web,
-            operator=config.operator,
-            side=OperatorSide.create(clock, config.operator, refuse),
-            status=status,
-            occupancy_map=occupancy_map,
-            video=video,
-            version=version("hawk-drone"),
-            simulation=False,
-            is_desk=True,
-            settings=settings(config, reference_text()),
+    services = WebServices(
+        clock=clock,
+        web=config.web,
+        operator=config.operator,
+        side=side,
+        status=status,
+        occupancy_map=occupancy_map,
+        video=video,
+        version=version("hawk-drone"),
+        simulation=False,
+        is_desk=True,
+        settings=settings(config, reference_text()),
+        recordings=recordings,
+        cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),
+        tls=tls,
+        camera_fov_deg=config.camera.horizontal_fov_deg,
+        travel_speed_m_s=config.flight.speed_m_s,
+        loop_lag=lag.summary,
+    )
+    with _of_store(config, store, services, collects=collects) as whole:
+        server = WebServer(whole)
+        if under is not None:
+            occupancy_map.publish(under.mosaic)
+        await serve(server, config.web)
+        _announce(PageShown.of(server, tls), folder, place, is_recording=store is None)
+        try:
+            async with _sending(config, store):
+                await _speak(status, clock, under)
+        finally:
+            await server.close()
+
+
+@contextlib.contextmanager
+def _of_store(
+    config: Config, store: LotStore | None, services: WebServices, *, collects: bool
+) -> Iterator[WebServices]:
+    """Give the services with those of a store, where there is one."""
+    if store is None:
+        yield services
+        return
+    with contextlib.closing(DayPlanner(store, config, partial(drone_of, config))) as days:
+        yield replace(
+            services,
             lots=store,
             collects=collects,
-            inbox=inbox_folder(config.inbox) if store is not None else None,
+            inbox=inbox_folder(config.inbox),
             due=partial(moments_due, config.schedule) if config.schedule else None,
-            day_plan=None if days is None else days.plan,
-            recordings=recordings,
-            cookie_secret=secrets.token_bytes(32) if store is None else cookie_secret(folder),
-            folder=None if store is None else folder,
-            tls=tls,
-            camera_fov_deg=config.camera.horizontal_fov_deg,
-            travel_speed_m_s=config.flight.speed_m_s,
-            loop_lag=lag.summary,
+            day_plan=days.plan,
+            folder=config.store.directory,
         )
-    )
-    if under is not None:
-        occupancy_map.publish(under.mosaic)
-    await serve(server, config.web)
-    _announce(PageShown.of(server, tls), folder, place, is_recording=store is None)
-    try:
-        async with _sending(config, store):
-            await _speak(status, clock, under)
-    finally:
-        await server.close()
         if days is not None:
             days.close()
 

@@ -150,19 +150,17 @@ def reader(
 ) -> Handler:
     """Return the handler of an address that reads the store.
 
-    ``bad_parameter``: status of an answer to a parameter that cannot be used; a standard may ask for another one.
-    ``lot_of``: finds the lot of an address that has no id in it. ``is_timed``: the answer says when surveys are due:
-    its ETag lasts a minute at most where there is a schedule.
+    ``bad_parameter``: status for a parameter that cannot be used. ``lot_of``: finds the lot of an address that has no
+    id in it. ``is_timed``: the answer says when surveys are due.
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
         given = request_of(request, query)
         known, packs = request.headers.get(hdrs.IF_NONE_MATCH, ""), accepts_gzip(request)
-        place = hashlib.sha256(f"{given.base}{request.path_qs}".encode()).hexdigest()[:12]
-        kept, minute = request.app[KEPT], _minute_of(request) if is_timed else ""
+        kept, place = request.app[KEPT], _place_of(request, given.base, is_timed=is_timed)
 
         def tag_of(connection: Connection) -> str:
-            return f'W/"{database.version_of(connection)}-{place}{minute}"'
+            return f'W/"{database.version_of(connection)}-{place}"'
 
         def look(connection: Connection) -> _Packed | None:
             tag = tag_of(connection)
@@ -180,8 +178,7 @@ def reader(
             return _Packed(HTTPStatus.NOT_MODIFIED, found.tag) if is_known(known, found.tag) else found
 
         async with in_time(BUSY):
-            store = await opened(request)
-            asked = given
+            store, asked = await opened(request), given
             if lot_of is not None:
                 asked = replace(given, path={**given.path, "id": await lot_of(store, request)})
             if prepare is not None:
@@ -222,9 +219,14 @@ def next_due_of(request: web.Request) -> Callable[[str, str, float | None], date
     return next_due
 
 
-def _minute_of(request: web.Request) -> str:
-    """Return a text that differs each minute where surveys are due by the clock, else ""."""
-    return "" if request.app[SERVICES].due is None else f"-{now_of(request) // MINUTE_S:.0f}"
+def _place_of(request: web.Request, base: str, *, is_timed: bool) -> str:
+    """Return the part of an ETag that an address gives; one ``is_timed`` differs each minute where there is a schedule.
+
+    ``base``: address of the server, which answers hold.
+    """
+    place = hashlib.sha256(f"{base}{request.path_qs}".encode()).hexdigest()[:12]
+    has_clock = is_timed and request.app[SERVICES].due is not None
+    return f"{place}-{now_of(request) // MINUTE_S:.0f}" if has_clock else place
 
 
 @contextlib.asynccontextmanager
