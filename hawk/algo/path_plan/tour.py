@@ -124,7 +124,7 @@ class Tour:
         near = slice(index - 1, index + 2)  # the legs that change, and the one whose corner changes
         unseen = self._count - self._legs[near].sum(0, dtype=np.int16) == 0
         shown = self._shown_about(index, tried, self._wanted.cells[unseen])
-        costs = self._penalty(~shown @ self._wanted.weights[unseen]) + self._path_costs_about(index, tried)
+        costs = self._penalty(_area(~shown, self._wanted.weights[unseen])) + self._path_costs_about(index, tried)
         costs[1:][~self._terms.allowed(tried[1:])] = math.inf
         chosen = self._draw(costs, heat)
         if chosen == 0:
@@ -256,7 +256,7 @@ class Tour:
         if not len(tours):
             return
         kept = self._shown_by(tours)
-        costs = self._path_costs(tours) + self._penalty(~kept.any(1) @ self._wanted.weights)
+        costs = self._path_costs(tours) + self._penalty(_area(~kept.any(1), self._wanted.weights))
         costs = np.concatenate([[self.cost], costs + self._terms.keep_m * self._lead_elsewhere(tours)])
         chosen = self._draw(costs, heat)
         if chosen:
@@ -302,6 +302,12 @@ class Tour:
 def _legs(lines: Floats) -> Floats:
     """Return the legs (..., K - 1, 2) of polylines (..., K, 2): numpy's `diff` takes ten times as long for a few."""
     return np.asarray(lines[..., 1:, :] - lines[..., :-1, :])
+
+
+def _area(cells: Bools, weights: Singles) -> Floats:
+    """Return the ground of cells (T, N) by their finite weights (N,), square metres (T,)."""
+    with np.errstate(invalid="ignore"):  # OpenBLAS may flag lanes that it does not use (its issue 1924)
+        return np.asarray(cells @ weights)
 
 
 def _lengths(lines: Floats) -> Floats:
