@@ -75,6 +75,8 @@ class RemoteRaster:
 
         Raises RemoteError for one without host or file, or with user and password in it.
         """
+        scheme, slashes, rest = text.partition("://")
+        text = f"{scheme.lower()}{slashes}{rest}" if slashes else text
         name = S3 + text.removeprefix("s3://") if text.startswith("s3://") else text
         if text.startswith(_SCHEMES):
             name = CURL + text
@@ -88,9 +90,9 @@ class RemoteRaster:
             if not bucket or not key:
                 raise RemoteError("names no bucket and file: write s3://BUCKET/FILE.tif")
             return made
+        made.place()
         if "@" in urlsplit(made.url).netloc:
             raise RemoteError("has a user or password in its address: leave them out, and sign the address instead")
-        made.place()
         return made
 
     @property
@@ -105,12 +107,12 @@ class RemoteRaster:
 
     def place(self) -> tuple[str, int]:
         """Return host and port of one that is not of S3. Raises RemoteError."""
-        parts = urlsplit(self.url)
         try:
-            host, port = parts.hostname, parts.port or _PORTS[parts.scheme]
-        except ValueError:
+            parts = urlsplit(self.url)
+            host, port = parts.hostname, _PORTS[parts.scheme] if parts.port is None else parts.port
+        except ValueError:  # its text may hold the address, whose cause is not kept
             host, port = None, 0
-        if not host or not PurePosixPath(parts.path).name:
+        if not host or not port or not PurePosixPath(parts.path).name:
             raise RemoteError("names no host and file: write https://HOST/FILE.tif")
         return host, port
 

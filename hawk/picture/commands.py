@@ -206,6 +206,8 @@ def _source(text: str) -> Path | remote_raster.RemoteRaster:
 
 
 def _host(text: str) -> remote_raster.AllowedHost:
+    if "://" in text:
+        raise argparse.ArgumentTypeError("name the host alone, as tiles.example or tiles.example:8080")
     try:
         return remote_raster.AllowedHost(*check_place(text))
     except ValueError as error:

@@ -256,7 +256,7 @@ class Tour:
         if not len(tours):
             return
         kept = self._shown_by(tours)
-        costs = self._path_costs(tours) + self._penalty(_area(~kept.any(1), self._wanted.weights))
+        costs = self._path_costs(tours) + self._penalty(_area(np.invert(kept.any(1)), self._wanted.weights))
         costs = np.concatenate([[self.cost], costs + self._terms.keep_m * self._lead_elsewhere(tours)])
         chosen = self._draw(costs, heat)
         if chosen:

@@ -8,8 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from typing import Final
+
+import numpy as np
 
 from hawk.comm.protocol.commands import MOST_LOTS
 from hawk.daemon.lots.schedule import EARLY, LATE
@@ -159,7 +161,7 @@ def _round(flight: RoundFlight, limits: DayLimits, left: int, free: float, of_fo
             break
     if not problem and not hours:
         problem = say("An earlier round takes until it is due no more.")
-    end = None if start is None else start + timedelta(seconds=flight.seconds)
+    end = None if start is None else _after(start, flight.seconds)
     return DayRound(lots, due, start, end, flight.seconds, flight.batteries, flight.distance_m, problem, tuple(hours))
 
 
@@ -168,10 +170,15 @@ def start_times(due: datetime, free: float) -> Iterator[datetime]:
 
     ``free``: Unix seconds before which no drone is there for it.
     """
-    at, last = max(due, datetime.fromtimestamp(free, due.tzinfo)), due + LATE
+    at, last = max(due, datetime.fromtimestamp(free, due.tzinfo)), _after(due, LATE.total_seconds())
     while at < last:
         yield at
         at = datetime.fromtimestamp(math.floor(at.timestamp() / 3600 + 1) * 3600, due.tzinfo)
+
+
+def _after(moment: datetime, seconds: float) -> datetime:
+    """Return a moment of the same clock, so many real seconds later: in between summer time may begin or end."""
+    return datetime.fromtimestamp(moment.timestamp() + seconds, moment.tzinfo)
 
 
 def hour_reasons(flight: RoundFlight, at: datetime, limits: DayLimits) -> Iterator[str]:
@@ -192,7 +199,7 @@ def hour_reasons(flight: RoundFlight, at: datetime, limits: DayLimits) -> Iterat
     if rain > 0.0:
         yield say("{rain:g} mm of rain", rain=rain)
     cloud = max((hour.cloud for hour in during), default=0.0)
-    height = min(_sun_deg(each, flight.place) for each in (begin, end))
+    height = min(_sun_deg(each, flight.place) for each in (*np.arange(begin, end, 3600.0).tolist(), end))
     if light(height, cloud) < LEAST_LUX:
         yield say("too dark: sun at {height:.0f}°, {cloud:.0f} % of cloud", height=height, cloud=100 * cloud)
 

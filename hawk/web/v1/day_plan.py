@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import timedelta
 from http import HTTPStatus
 from itertools import pairwise
 from typing import Final
@@ -50,7 +49,7 @@ def forecast_of(given: bodies.Forecast) -> Forecast:
         (
             WeatherHour(
                 hour.begin.timestamp(),
-                (hour.begin + timedelta(hours=hour.hours)).timestamp(),
+                hour.begin.timestamp() + 3600.0 * hour.hours,
                 hour.wind,
                 hour.gust,
                 hour.cloud / 100.0,

@@ -191,6 +191,8 @@ def test_no_text_has_secrets_of_an_address(tail: str) -> None:
     ("text", "words"),
     [
         ("https://me:key@host/a.tif", "has a user or password"),
+        ("http://[::1/a.tif?sig=SECRET", "names no host and file"),
+        ("HTTP://host:0/a.tif", "names no host and file"),
         ("https:///a.tif", "names no host and file"),
         ("https://host/", "names no host and file"),
         ("https://host:99999/a.tif", "names no host and file"),

@@ -229,6 +229,8 @@ def test_a_survey_without_stalls_is_no_lot_in_the_report_as_in_the_store(
             "/vsizip/vsicurl/https://x/c.zip?secret",
             "/vsizip/vsicurl/https://x/c.zip is .*, or name https:// or s3:// \\(see",
         ),
+        ("HTTPS://tiles.example/city.tif?secret", "https://tiles.example/city.tif is .*: --allow-host tiles.example$"),
+        ("http://[::1/c.tif?secret", "http://\\[::1/c.tif names no host and file"),
         ("https://me:secret@x/c.tif", "https://x/c.tif has a user or password in its address"),
     ],
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
+from zoneinfo import ZoneInfo
 
 import pytest
 from hypothesis import given, settings
@@ -113,6 +114,23 @@ def test_the_light_at_the_landing_counts_and_cloud_takes_of_it() -> None:
     assert only_round(replace(of, seconds=5400.0), within).start is None
     dull = limits(*weather(evening, cloud=1.0), now=evening)
     assert only_round(of, dull).start is None
+
+
+def test_a_night_between_start_and_landing_is_too_dark() -> None:
+    found = only_round(flight(minutes=22 * 60.0), limits(*weather(hours=40)))
+    assert found.start is None
+    assert "too dark" in reasons(found)["12:00"][0]
+
+
+def test_a_round_over_the_end_of_summer_time_ends_after_its_seconds() -> None:
+    due = datetime(2026, 10, 25, 0, 30, tzinfo=ZoneInfo("America/St_Johns"))
+    begun = NOON.replace(month=10, day=24)
+    at = (due.timestamp() - begun.timestamp()) / HOUR_S
+    light_there = RoundFlight((due_lot("North", at=due),), (-30.0, 150.0), 500.0, 3 * HOUR_S)
+    found = only_round(light_there, limits(*weather(begun, hours=int(at) + 12), now=begun))
+    assert found.start is not None
+    assert found.end is not None
+    assert found.end.timestamp() - found.start.timestamp() == 3 * HOUR_S
 
 
 def test_light_by_the_model_of_kasten_and_czeplak() -> None:

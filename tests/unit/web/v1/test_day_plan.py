@@ -10,6 +10,7 @@ import pytest
 from hawk.model.day_plan import DayPlan, DayPlanError, DayRound, Forecast, StartHour
 from hawk.model.sentences import say
 from hawk.web.v1 import bodies
+from hawk.web.v1.day_plan import forecast_of
 from tests.unit.web.v1.archive import Archive
 
 LOT = "0f0e0d0c-0000-4000-8000-000000000001"
@@ -93,6 +94,12 @@ async def test_a_wrong_forecast_is_refused_by_its_field(
     assert (status, problem["field"]) == (422, field)
     assert words in problem["detail"]
     assert planner.asked == []
+
+
+def test_an_hour_of_the_last_year_is_read() -> None:
+    last = HOUR | {"begin": "9999-12-31T23:00Z", "hours": 72}
+    (hour,) = forecast_of(bodies.Forecast.model_validate(GIVEN | {"hours": [last]})).hours
+    assert hour.end - hour.begin == 72 * 3600
 
 
 async def test_in_flight_the_day_is_not_planned(archive: Archive, planner: Planner) -> None:
