@@ -177,7 +177,7 @@ def start_times(due: datetime, free: float) -> Iterator[datetime]:
 
 
 def _after(moment: datetime, seconds: float) -> datetime:
-    """Return a moment of the same clock, so many real seconds later: in between summer time may begin or end."""
+    """Return a moment of the same clock, N real seconds later: in between summer time may begin or end."""
     return datetime.fromtimestamp(moment.timestamp() + seconds, moment.tzinfo)
 
 
