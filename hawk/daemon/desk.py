@@ -232,8 +232,6 @@ def _of_store(
             day_plan=days.plan,
             folder=config.store.directory,
         )
-        if days is not None:
-            days.close()
 
 
 def _announce(page: PageShown, folder: Path, place: str, *, is_recording: bool) -> None:

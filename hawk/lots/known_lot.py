@@ -24,7 +24,7 @@ from hawk.lots.registration.survey_place import datum_of, known_ground
 from hawk.lots.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey.order import last_of, ordered_at
 from hawk.lots.survey.private_ground import ERROR_M, rings_in
-from hawk.model.known_lot import KnownLot, KnownStall, LotAhead
+from hawk.model.known_lot import AGAIN_M, KnownLot, KnownStall, LotAhead
 from hawk.model.plans import Outline
 from hawk.model.poses import Ring
 
@@ -33,9 +33,6 @@ NEAR_M: Final = 60.0
 
 PLACE_M: Final = 5.0
 """Longest side of the places that cover a section: as large as a stall, one picture shows each whole."""
-
-AGAIN_M: Final = 300.0
-"""Distance of the drone from a lot up to which it may survey it again."""
 
 Stamp = tuple[str, int, int]
 """Id of a lot, the newest version of its layout, and the revision of its plan: another one is another plan."""

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Final
 
 from hawk.model.plans import Outline
 from hawk.model.poses import MapPoint, Ring
+
+AGAIN_M: Final = 300.0
+"""Distance of the drone from a lot up to which it may survey it again, metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +42,11 @@ class KnownLot:
     stalls: tuple[KnownStall, ...] = field(repr=False)
     ground: tuple[tuple[Ring, ...], ...] = field(repr=False)
     section_places: tuple[KnownStall, ...] = field(default=(), repr=False)
+
+    @property
+    def has_plan(self) -> bool:
+        """True for a lot with ground to look at."""
+        return bool(self.stalls or self.section_places)
 
 
 @dataclass(frozen=True, slots=True)

@@ -112,9 +112,8 @@ def _read(file: Path) -> object:
 async def _asked(options: argparse.Namespace, question: Mapping[str, object]) -> dict[str, Any]:
     """Return the answer. Raises OSError without one, ValueError for a refusal, ConfigError for a wrong address."""
     address = run.address_of(options.url)
+    run.check_certificate(options.certificate, address)
     tls = run.trusted(options.certificate) if address.is_secure else None
-    if options.certificate is not None and tls is None:
-        raise ConfigError("--certificate: only for a page by HTTPS: write --url https://HOST:PORT/")
     base = base_socket.BaseSocket(address.host, address.port, token=options.token, tls=tls)
     timeout = aiohttp.ClientTimeout(total=ANSWER_S)
     try:

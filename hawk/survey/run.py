@@ -73,8 +73,7 @@ async def run_survey(options: SurveyOptions) -> int:
     """Fly one survey; return the exit status (docs/survey.md)."""
     outline = None if options.outline is None else outline_command(options.outline)
     address = None if options.url is None else address_of(options.url)
-    if options.certificate is not None and (address is None or not address.is_secure):
-        raise ConfigError("--certificate: only for a page by HTTPS: write --url https://HOST:PORT/")
+    check_certificate(options.certificate, address)
     trusted(options.certificate)
     truth = None if options.truth is None else _given_truth(options.truth)
     make_folder("--out", options.out)
@@ -126,6 +125,12 @@ def address_of(url: str) -> Address:
     if not host or port == 0 or parts.scheme not in ("", "http", "https"):
         raise ConfigError(f"--url: {url!r} is no address of a page; write http://HOST:PORT/ or https://HOST:PORT/")
     return Address(host, port or DEFAULT_PORT, parts.scheme == "https")
+
+
+def check_certificate(certificate: Path | None, address: Address | None) -> None:
+    """Raise ConfigError for a certificate that the page of an address does not use."""
+    if certificate is not None and (address is None or not address.is_secure):
+        raise ConfigError("--certificate: only for a page by HTTPS: write --url https://HOST:PORT/")
 
 
 def trusted(certificate: Path | None) -> ssl.SSLContext:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from hawk.comm.protocol.commands import AutonomousExplore, SurveyAgain
 from hawk.model.operation import StateName
 from hawk.sim.launch import SimulationOptions
 from hawk.worlds.generate import generate_world
-from tests.integration.daemon_support import PatientStack, operator, write_settings
+from tests.integration.daemon_support import Operator, PatientStack, operator, write_settings
 from tests.integration.sim_support import get_json
 from tests.integration.test_known_lot import BIAS, CAMERA_HZ, SETTINGS, SPEED, store_plan
 from tests.pace import PATIENCE_S
@@ -41,6 +41,15 @@ def halves(truth: Mapping[str, Any]) -> list[dict[str, Any]]:
     return found
 
 
+async def choose(pilot: Operator, lots: Sequence[Mapping[str, Any]]) -> None:
+    """Take control, and choose lots: they are read every two seconds, once the place is known."""
+    await pilot.take_control()
+    asked = SurveyAgain(lots=[lot["id"] for lot in lots])
+    async with asyncio.timeout(PATIENCE_S):
+        while await pilot.hand.offer(asked) is not None:
+            await pilot.hand.next()
+
+
 async def test_two_lots_are_flown_in_one_flight_and_each_is_its_own_survey(tmp_path: Path) -> None:
     (tmp_path / "store").mkdir()
     plans = halves(generate_world(1).truth_json())
@@ -53,12 +62,8 @@ async def test_two_lots_are_flown_in_one_flight_and_each_is_its_own_survey(tmp_p
     try:
         url = (await stack.start()).url
         lots = (await answer(None, get_json, urljoin(url, "/api/v1/lots")))["items"]
-        asked = SurveyAgain(lots=[lot["id"] for lot in lots])
         async with operator(url) as pilot:
-            await pilot.take_control()
-            async with asyncio.timeout(PATIENCE_S):  # the lots are read every two seconds, once the place is known
-                while await pilot.hand.offer(asked) is not None:
-                    await pilot.hand.next()
+            await choose(pilot, lots)
             assert "no lot has this id" in await pilot.refusal(SurveyAgain(lots=[lots[0]["id"], "another"]))
             assert "no survey of a lot is due" in await pilot.refusal(SurveyAgain(due=True))
             planned = await pilot.until(lambda beat: beat.again_distance is not None)
@@ -97,12 +102,8 @@ async def test_after_a_battery_swap_within_a_round_the_lots_that_are_left_are_fl
     try:
         url = (await stack.start()).url
         lots = (await answer(None, get_json, urljoin(url, "/api/v1/lots")))["items"]
-        asked = SurveyAgain(lots=[lot["id"] for lot in lots])
         async with operator(url) as pilot:
-            await pilot.take_control()
-            async with asyncio.timeout(PATIENCE_S):
-                while await pilot.hand.offer(asked) is not None:
-                    await pilot.hand.next()
+            await choose(pilot, lots)
             await pilot.until(lambda beat: beat.again_distance is not None)
             await pilot.take_off()
             await pilot.order(AutonomousExplore())

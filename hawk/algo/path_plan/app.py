@@ -209,7 +209,7 @@ class PathPlanApp:
 
     def _flown_round(self, frame: FrameInput) -> RoundFlight | None:
         """Return the flight over the lots that are surveyed again; None without one, and while a plan is missing."""
-        known = {lot.id: lot for lot in frame.known if lot.stalls or lot.section_places}
+        known = {lot.id: lot for lot in frame.known if lot.has_plan}
         if self._round is None and frame.tours and all(tour.lot in known for tour in frame.tours):
             self._round = RoundFlight(self._settings, known, frame.tours)
         return self._round

@@ -25,7 +25,7 @@ from hawk.ddc.battery.survey import Battery, Sweep, need_on_ground
 from hawk.ddc.fence.geometry import to_map
 from hawk.lots.store import LotStore
 from hawk.model.day_plan import DayPlan, DayPlanError, Forecast
-from hawk.model.known_lot import KnownLot
+from hawk.model.known_lot import AGAIN_M, KnownLot
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Fence, HeightParameters
 from hawk.model.poses import GlobalPose
@@ -45,8 +45,6 @@ PICTURE = (1280, 720)
 """Pixels of a picture of a camera that has sent none yet."""
 KEPT_TOURS = 16
 """Rounds whose tours are kept: a plan that took too long is there when it is asked for again."""
-START_M = 300.0
-"""A drone that stands nearer to a lot begins its round where it stands; else a round begins at its first lot."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,10 +153,13 @@ class DayPlanner:
 def _start(
     places: Sequence[tuple[float, float]], datum: GlobalPose, drone: DayDrone
 ) -> tuple[tuple[float, float], Fence | None]:
-    """Return where a round begins, metres (north, east), and the fence about it."""
+    """Return where a round begins, metres (north, east), and the fence about it.
+
+    A drone within `AGAIN_M` begins where it stands; else the round begins at its first lot.
+    """
     if drone.here is not None:
         here = to_map(datum, drone.here.latitude, drone.here.longitude)
-        if min(math.dist((here.north, here.east), place) for place in places) <= START_M:
+        if min(math.dist((here.north, here.east), place) for place in places) <= AGAIN_M:
             return (here.north, here.east), drone.fence(datum, drone.here)
     return places[0], None
 

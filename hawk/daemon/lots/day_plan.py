@@ -20,7 +20,7 @@ from hawk.ddc.battery.survey import Battery, SurveyNeed
 from hawk.ddc.fence.geometry import ring_to_map
 from hawk.ddc.fence.outline import OutlineError, overlap
 from hawk.model.day_plan import DayPlan, DayRound, Forecast, StartHour, WeatherHour
-from hawk.model.known_lot import LotAhead
+from hawk.model.known_lot import AGAIN_M, LotAhead
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import say
 from hawk.model.sun import sun_position
@@ -31,8 +31,6 @@ AHEAD_S: Final = 300.0
 """A forecast may be issued so much later than now: clocks differ."""
 SWAP_S: Final = 300.0
 """Assumed time on the ground between two batteries."""
-NEAR_M: Final = 300.0
-"""A drone surveys lots again up to this distance: lots of a round are no farther from its first one."""
 LEAST_LUX: Final = 2000.0
 """Light for an exposure of 10 ms at f/2.8 and ISO 100: C N² / (t S), C = 250 (ISO 2720), is 1,960 lx."""
 LUX_BY_W_M2: Final = 110.0
@@ -78,7 +76,9 @@ class DayLimits:
 
 
 def day_rounds(due: Sequence[DueLot]) -> tuple[tuple[DueLot, ...], ...]:
-    """Return lots that can be one flight: due within half an hour of each other, near, and apart on the ground."""
+    """Return lots that can be one flight: due within half an hour of each other, within `AGAIN_M` of the first one,
+    and apart on the ground.
+    """
     rounds: list[list[DueLot]] = []
     for each in sorted(due, key=lambda one: (one.due, one.lot.name)):
         mine = next((lots for lots in rounds if _is_one_of(each, lots)), None)
@@ -99,7 +99,7 @@ def _is_one_of(each: DueLot, lots: Sequence[DueLot]) -> bool:
         is_apart = overlap([one.lot.outline for one in (*lots, each)]) is None
     except OutlineError:  # too wide together, or damaged: it is flown by itself
         return False
-    return is_apart and distance_m(first.lot, each.lot) <= NEAR_M
+    return is_apart and distance_m(first.lot, each.lot) <= AGAIN_M
 
 
 def distance_m(one: LotAhead, other: LotAhead) -> float:

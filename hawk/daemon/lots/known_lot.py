@@ -230,7 +230,7 @@ def _found(connection: Connection, asked: _Asked, known: Mapping[_Stamp, _Found]
         lot = queries.known_lot(connection, stamp[0], asked.place, asked.survey)
         author = queries.last_author(connection, stamp[0])
         private = queries.private_ground(connection, stamp[0], asked.place)
-        is_flown = bool(lot.stalls or (asked.again and lot.section_places))
+        is_flown = lot.has_plan if asked.again else bool(lot.stalls)
         found.append(_Found(stamp, name, lot if is_flown else None, author, private))
     return tuple(found)
 

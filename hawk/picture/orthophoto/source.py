@@ -149,7 +149,7 @@ def open_orthophoto(path: Path | RemoteRaster, crs: str | None = None, hosts: Ho
         raise PictureError(f"{path}: is no file; name a GeoTIFF, a VRT, or a JPEG or PNG with a world file")
     parts = _parts(path)  # GDAL looks for them where it reads them, and not even there if it has kept them
     facts = _remote_facts(path, parts, hosts)
-    with open_dataset(path, hosts=hosts) as dataset:
+    with open_dataset(path, is_checked=bool(hosts), hosts=hosts) as dataset:  # `_remote_facts` has checked a VRT
         _check_work(dataset, path, parts, facts)
         grid, short = _placed(dataset, path, crs)
         chosen = band_choice.bands_of(dataset, path.name)

@@ -208,15 +208,18 @@ def now_of(request: web.Request) -> float:
     return request.app[SERVICES].wall()
 
 
+def due_of(request: web.Request) -> Callable[[str, str, float | None, int], list[datetime]]:
+    """Return the function that says when surveys of a lot are due: its id and name, the time of its newest survey, and
+    within how many days from now. It does not hold the request.
+    """
+    due, now = request.app[SERVICES].due, now_of(request)
+    return lambda lot, name, last, days: [] if due is None else due(lot, name, last, now, days)
+
+
 def next_due_of(request: web.Request) -> Callable[[str, str, float | None], datetime | None]:
     """Return the function that says when the next survey of a lot is due, in `DUE_DAYS` at most."""
-    due, now = request.app[SERVICES].due, now_of(request)
-
-    def next_due(lot: str, name: str, last: float | None) -> datetime | None:
-        found = [] if due is None else due(lot, name, last, now, DUE_DAYS)
-        return found[0] if found else None
-
-    return next_due
+    due = due_of(request)
+    return lambda lot, name, last: next(iter(due(lot, name, last, DUE_DAYS)), None)
 
 
 def _place_of(request: web.Request, base: str, *, is_timed: bool) -> str:

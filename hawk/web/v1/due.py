@@ -8,8 +8,7 @@ from aiohttp import web
 
 from hawk.lots.values import NotFoundError
 from hawk.runtime.late import late_functions
-from hawk.web.services import SERVICES
-from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
+from hawk.web.v1.answers import BUSY, Answer, answered, due_of, in_time, made, opened
 from hawk.web.v1.bodies import DueList
 from hawk.web.v1.parameters import Days, query_of
 
@@ -28,6 +27,5 @@ async def listed(request: web.Request) -> web.StreamResponse:
         found = await store.read(lambda connection: known_lot.newest_survey(connection, lot))
     if found is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
-    moments = request.app[SERVICES].due
-    due = [] if moments is None else moments(lot, *found, now_of(request), query.days)
+    due = due_of(request)(lot, *found, query.days)
     return await made(request, lambda: Answer(DueList(items=due)))

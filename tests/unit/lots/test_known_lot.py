@@ -13,12 +13,12 @@ from sqlalchemy import insert
 
 from hawk.lots import commands
 from hawk.lots.ingest import save
-from hawk.lots.known_lot import AGAIN_M, NEAR_M, PLACE_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
+from hawk.lots.known_lot import NEAR_M, PLACE_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
 from hawk.lots.outlines import outline_json
 from hawk.lots.plan.queries import sections_of
 from hawk.lots.schema import LAYOUT, LOT
 from hawk.lots.storage.database import Database
-from hawk.model.known_lot import KnownStall
+from hawk.model.known_lot import AGAIN_M, KnownStall
 from hawk.results.survey_map import to_global
 from tests.unit.lots.plan.plans import FAST, NOW, Person
 from tests.unit.lots.surveys import DATUM, box, later, survey
