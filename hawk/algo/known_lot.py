@@ -22,6 +22,7 @@ from hawk.algo.vision.decode import Stalls, occupancy, sample, sample_points
 from hawk.algo.vision.detection import FloatArray, Found, GroundImage
 from hawk.algo.vision.network import MapArray
 from hawk.model.known_lot import KnownLot, KnownStall
+from hawk.model.poses import Ring
 
 FIRST_TRY: Final = 12
 """Stalls on the map of the flight with which the plan is first compared."""
@@ -29,6 +30,9 @@ GROWTH: Final = 1.25
 """The map is compared again once it has grown by this factor, or after `PAUSE` frames: they show more ground."""
 PAUSE: Final = 40
 _STEPS_A_FRAME: Final = 2
+_BESIDE_M: Final = 30.0
+"""Lots no farther apart adjoin. A row that goes on in the next lot has no end: without that lot's plan, the place of a
+plan along its rows is doubtful. One receiver errs alike over both."""
 _ABOUT_M: Final = 60.0
 """Ground about a lot that its flight sees. What is farther off belongs to other lots of a round."""
 
@@ -48,13 +52,24 @@ def _rectangles(stalls: Sequence[KnownStall]) -> Rectangles:
     return Rectangles(values[:, :2], *values[:, 2:].T)
 
 
-class PlanRegistration:
-    """Looks for the place of one plan."""
+def adjoining(lots: Sequence[KnownLot]) -> list[list[KnownLot]]:
+    """Return the groups of two and more lots that lie beside each other."""
+    boxes = [shapely.MultiPoint([(s.north, s.east) for s in lot.stalls]).envelope for lot in lots]
+    ground = shapely.union_all([box.buffer(_BESIDE_M / 2) for box in boxes])
+    groups = [
+        [lot for lot, box in zip(lots, boxes, strict=True) if part.covers(box)] for part in shapely.get_parts(ground)
+    ]
+    return [group for group in groups if len(group) > 1]
 
-    def __init__(self, lot: KnownLot) -> None:
-        """``lot`` lies where the position by GNSS places it."""
-        self.lot = lot
-        self._known = StallMap(plan_rectangles(lot), _polygons(lot))
+
+class PlanRegistration:
+    """Looks for the place of one plan, or of adjoining plans as one."""
+
+    def __init__(self, *lots: KnownLot) -> None:
+        """``lots`` lie where the position by GNSS places them."""
+        self.lots = lots
+        stalls = _rectangles([stall for lot in lots for stall in lot.stalls])
+        self._known = StallMap(stalls, _polygons([piece for lot in lots for piece in lot.ground]))
         low, high = self._known.stalls.centres.min(0), self._known.stalls.centres.max(0)
         self.about: FloatArray = np.stack([low - _ABOUT_M, high + _ABOUT_M])
         """Two corners (2, 2) of (north, east) about the lot and what its flight sees, metres."""
@@ -63,15 +78,13 @@ class PlanRegistration:
         self._count = self._waited = 0
         self.doubt: Doubt | None = Doubt.TOO_FEW
         """Why the place was not certain when it was last looked for."""
-        self.is_over = False
-        """The place was found."""
 
     def __getstate__(self) -> dict[str, object]:
         """Return the state of a copy: a comparison under way is not copied."""
         return {**self.__dict__, "_steps": None}
 
-    def go_on(self, count: int, found: Callable[[], StallMap]) -> Rectangles | None:
-        """Do the next steps; return the stalls of the plan on the map of the flight once their place is certain.
+    def go_on(self, count: int, found: Callable[[], StallMap]) -> list[Rectangles] | None:
+        """Do the next steps; return the stalls of each plan on the map of the flight once their place is certain.
 
         Args:
             count: Number of stalls about the lot on the map of the flight.
@@ -91,9 +104,14 @@ class PlanRegistration:
             outcome: Registration = end.value
             self.doubt = outcome.doubt
             if outcome.is_certain and outcome.best is not None:
-                self.is_over = True
-                return _placed(self._known.stalls, outcome.best.placement)
+                return self._plans(_placed(self._known.stalls, outcome.best.placement))
         return None
+
+    def _plans(self, stalls: Rectangles) -> list[Rectangles]:
+        ends = np.cumsum([len(lot.stalls) for lot in self.lots])
+        return [
+            stalls[np.arange(end - len(lot.stalls), end)] for lot, end in zip(self.lots, ends.tolist(), strict=True)
+        ]
 
 
 def _placed(plan: Rectangles, placement: Placement) -> Rectangles:
@@ -101,9 +119,9 @@ def _placed(plan: Rectangles, placement: Placement) -> Rectangles:
     return Rectangles(placement.back(plan.centres), (plan.angle - placement.turn) % np.pi, plan.width, plan.length)
 
 
-def _polygons(lot: KnownLot) -> MultiPolygon:
+def _polygons(ground: Sequence[tuple[Ring, ...]]) -> MultiPolygon:
     """Return the known ground; rings that cross themselves are mended."""
-    whole = shapely.union_all([shapely.make_valid(Polygon(piece[0], piece[1:])) for piece in lot.ground])
+    whole = shapely.union_all([shapely.make_valid(Polygon(piece[0], piece[1:])) for piece in ground])
     return MultiPolygon([part for part in shapely.get_parts(whole) if isinstance(part, Polygon) and not part.is_empty])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Final
@@ -21,6 +22,7 @@ from hawk.lots.plan.versions import newest_layout, revision_of
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
+from hawk.lots.rows import is_among
 from hawk.lots.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey.order import last_of, ordered_at
 from hawk.lots.survey.private_ground import ERROR_M, rings_in
@@ -54,6 +56,12 @@ def lots_flown(
         away = [(float(ground_about(place, outline_of(row["outline"])).distance(here)), row) for row in rows]
         found = [row for metres, row in sorted(away, key=lambda each: each[0])[:1] if metres <= NEAR_M]
     return [(_stamp(connection, str(row["id"])), str(row["name"])) for row in found]
+
+
+def lots_of_stalls(connection: Connection, stalls: Collection[str]) -> dict[str, str]:
+    """Return the lot of each stall that the store has, by their ids."""
+    asked = select(STALL.c.id, STALL.c.lot).where(is_among(STALL.c.id))
+    return {str(stall): str(lot) for stall, lot in connection.execute(asked, {"among": json.dumps([*stalls])})}
 
 
 def _stamp(connection: Connection, lot: str) -> Stamp:

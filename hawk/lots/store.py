@@ -27,7 +27,7 @@ from hawk.runtime.process import set_niceness
 if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
 
-    from hawk.lots import ingest, outbox
+    from hawk.lots import ingest, known_lot, outbox
     from hawk.lots.documents import collection, lot_document, lot_return, survey_document
     from hawk.lots.documents.collection import DocumentOutcome, LotOutcome
     from hawk.lots.documents.lot_return import LotAnswer, LotQuery
@@ -45,6 +45,7 @@ else:
     private_ground = late("hawk.lots.survey.private_ground")
     round_share = late("hawk.lots.survey.round_share")
     ingest = late("hawk.lots.ingest")
+    known_lot = late("hawk.lots.known_lot")
     collection = late("hawk.lots.documents.collection")
     lot_document = late("hawk.lots.documents.lot_document")
     lot_return = late("hawk.lots.documents.lot_return")
@@ -126,7 +127,10 @@ class LotStore:
         """
 
         def work() -> Saved | None:
-            mine = round_share.share_of(landed, lot)
+            known = {stall.known for stall in landed.current.stalls.values() if stall.known}
+            with self._opened().reading() as connection:
+                lot_of = known_lot.lots_of_stalls(connection, known)
+            mine = round_share.share_of(landed, lot, lot_of)
             return None if mine is None else self._saved(mine)
 
         return await self._run(work)

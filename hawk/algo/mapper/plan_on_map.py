@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 
 from hawk.algo.ground import COARSE_M, Window
-from hawk.algo.known_lot import PlanRegistration, judge
+from hawk.algo.known_lot import PlanRegistration, adjoining, judge
 from hawk.algo.mapper.fused_ground import FusedGround
 from hawk.algo.mapper.grid import EvidenceGrid
 from hawk.algo.mapper.plan_rows import PlanStalls
@@ -32,10 +32,15 @@ _REACH_M: Final = 5.0
 """Half the diagonal of the longest stall."""
 
 
+def _are_same(lots: Sequence[KnownLot], others: Sequence[KnownLot]) -> bool:
+    return len(lots) == len(others) and all(lot is other for lot, other in zip(lots, others, strict=True))
+
+
 @dataclass(frozen=True, slots=True)
 class _Placed:
     """A plan on the map: its stalls (N, 5), and their numbers."""
 
+    lot: KnownLot
     stalls: NDArray[np.float64] = field(repr=False)
     numbers: range
 
@@ -44,7 +49,8 @@ class PlanOnMap:
     """Brings plans onto the map, each once."""
 
     def __init__(self) -> None:
-        self._searches: dict[str, PlanRegistration] = {}
+        self._lots: tuple[KnownLot, ...] = ()
+        self._searches: list[PlanRegistration] = []
         self._placed: dict[str, _Placed] = {}
         self.names: tuple[tuple[str, str], ...] = ()
         """Ids and labels of the stalls of the plans that came onto the map, by their numbers from 1."""
@@ -54,16 +60,16 @@ class PlanOnMap:
 
         Sections alone have no place on the map: the receiver says where they lie.
         """
-        lots = [lot for lot in lots if lot.stalls]
-        if not lots or (
-            len(lots) == len(self._searches)
-            and all(lot.id in self._searches and self._searches[lot.id].lot is lot for lot in lots)
-        ):
+        lots = tuple(lot for lot in lots if lot.stalls)
+        if not lots or _are_same(lots, self._lots):
             return
-        former, self._searches = self._searches, {}
-        for lot in lots:
-            search = former.get(lot.id)
-            self._searches[lot.id] = search if search is not None and search.lot is lot else PlanRegistration(lot)
+        groups = [*adjoining(lots), *([lot] for lot in lots)]
+        former = self._searches
+        self._lots = lots
+        self._searches = [
+            next((search for search in former if _are_same(search.lots, group)), None) or PlanRegistration(*group)
+            for group in groups
+        ]
 
     def places(self, lot: str) -> NDArray[np.float64] | None:
         """Return the stalls (N, 5) of the plan of a lot on the map: north, east, angle, width, length; None before its
@@ -72,33 +78,41 @@ class PlanOnMap:
         placed = self._placed.get(lot)
         return None if placed is None else placed.stalls
 
+    def _is_on_map(self, lot: KnownLot) -> bool:
+        placed = self._placed.get(lot.id)
+        return placed is not None and placed.lot is lot
+
     def go_on(self, tracker: StallTracker, grid: EvidenceGrid, version: int, time: float) -> NDArray[np.intp] | None:
         """Look on for the places of the plans; once one is certain, put it on the map.
 
         ``time``: of the frame, seconds. Returns the indices of the rows that changed then, and None before and after.
         """
-        for search in self._searches.values():
-            if search.is_over:
+        for search in self._searches:
+            missing = [lot for lot in search.lots if not self._is_on_map(lot)]
+            if not missing:
                 continue
-            plan = search.go_on(tracker.count_in(search.about), partial(found_map, tracker, grid, search.about))
-            if plan is not None:
-                return self._put(search.lot, plan, tracker, grid, version, time)
+            plans = search.go_on(tracker.count_in(search.about), partial(found_map, tracker, grid, search.about))
+            if plans is not None:
+                index = np.zeros(0, np.intp)
+                for lot, plan in zip(search.lots, plans, strict=True):
+                    if any(lot is each for each in missing):
+                        index = self._put(lot, plan, tracker, grid, version, time)  # with the changes before it
+                return index
         return None
 
     def _put(
         self, lot: KnownLot, plan: Rectangles, tracker: StallTracker, grid: EvidenceGrid, version: int, time: float
     ) -> NDArray[np.intp]:
         """Put one plan beside those of the other lots of the flight, in place of any other plan."""
-        self._placed = {
-            each: placed for each, placed in self._placed.items() if each in self._searches and each != lot.id
-        }
+        flown = {each.id for each in self._lots} - {lot.id}
+        self._placed = {each: placed for each, placed in self._placed.items() if each in flown}
         numbers = range(len(self.names) + 1, len(self.names) + 1 + len(lot.stalls))
         self.names += tuple((stall.id, stall.label) for stall in lot.stalls)
         values = np.column_stack([plan.centres, plan.angle, plan.width, plan.length])
         is_confirmed = np.array([stall.is_confirmed for stall in lot.stalls], np.bool_)
         others = tuple(placed.numbers for placed in self._placed.values())
         index = tracker.put_plan(PlanStalls(plan, is_confirmed, numbers.start, others), version)
-        self._placed[lot.id] = _Placed(values, numbers)
+        self._placed[lot.id] = _Placed(lot, values, numbers)
         _call_unseen(tracker.rows, grid, time)
         return index
 

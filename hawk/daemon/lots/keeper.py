@@ -79,6 +79,7 @@ class LotKeeper:
         self._due = asyncio.Event()
         self._kept: dict[str, tuple[str, int]] = {}
         """Survey and version of the map that was saved, by the lot of a round; "": the whole flight."""
+        self._doubtful: set[str] = set()
         self._over: frozenset[str] = frozenset()
         self._left_of: tuple[str, float | None] = ("", None)
         self._failure = ""
@@ -146,6 +147,8 @@ class LotKeeper:
         if is_armed and not self._store.is_open:
             return []  # loading its libraries delays a tick
         done = {lot.id for lot in lots if lot.is_over and self._kept.get(lot.id, ("",))[0] == landed.name}
+        if not is_armed:
+            done -= self._doubtful  # the map has shown more since
         return [lot.id for lot in lots if lot.id not in done and (lot.is_over or not is_armed)]
 
     async def _save(self, landed: LandingFacts, lots: Sequence[str]) -> bool:
@@ -159,7 +162,10 @@ class LotKeeper:
                 self._fail(str(error))
                 return False
             self._kept[lot], self._failure = state, ""
+            self._doubtful.discard(lot)
             if saved is not None:
+                if saved.doubt:
+                    self._doubtful.add(lot)
                 self._stored()
                 self._report(saved)
         if not self._armed and self._armed_at is not None:

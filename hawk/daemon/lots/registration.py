@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from shapely import MultiPolygon, Polygon
 from shapely.geometry.base import BaseGeometry
 
-from hawk.algo.registration.likelihood import StallMap
-from hawk.algo.registration.whole_map import Candidate, Doubt, register
+from hawk.algo.registration.likelihood import MATCH_M, StallMap
+from hawk.algo.registration.whole_map import LEAST_PAIRS, Candidate, Doubt, register
 from hawk.algo.registration.whole_map import Registration as Outcome
 from hawk.algo.rows.fit import Rectangles
 from hawk.algo.vision import quads
@@ -38,6 +38,8 @@ def registration(known: KnownGround, found: MappedGround) -> Registration | Doub
     """
     mine, theirs = _map(known.stalls, known.seen), _map(found.stalls, found.seen)
     outcome = register(mine, theirs)
+    if outcome.doubt is Doubt.ALIKE:
+        outcome = _as_in_flight(outcome, mine, theirs, _given(known, found))
     if outcome.doubt is not None or outcome.best is None:
         places = tuple(_place(each) for each in (outcome.best, outcome.second) if each is not None)
         return Doubtful(_WORDS[outcome.doubt or Doubt.TOO_FEW], places)
@@ -45,6 +47,26 @@ def registration(known: KnownGround, found: MappedGround) -> Registration | Doub
     same = {found.stalls[j].id: known.stalls[i].id for i, j in pairs.tolist()}
     move = _move(outcome.best)
     return Registration(move.north, move.east, move.turn, same)
+
+
+def _given(known: KnownGround, found: MappedGround) -> NDArray[np.intp]:
+    """Return the pairs (K, 2) of stalls, known and found, that the flight took for one."""
+    numbers = {stall.id: number for number, stall in enumerate(known.stalls)}
+    pairs = [(numbers[stall.known], j) for j, stall in enumerate(found.stalls) if stall.known in numbers]
+    return np.array(pairs, np.intp).reshape(-1, 2)
+
+
+def _as_in_flight(outcome: Outcome, mine: StallMap, theirs: StallMap, given: NDArray[np.intp]) -> Outcome:
+    """Return the one of two places where the flight saw the plan: its map showed the adjoining lots, too."""
+    if len(given) < LEAST_PAIRS:
+        return outcome
+    there, here = mine.stalls.centres[given[:, 0]], theirs.stalls.centres[given[:, 1]]
+    agreeing = [
+        each
+        for each in (outcome.best, outcome.second)
+        if each is not None and np.hypot(*(each.placement.of(here) - there).T).max() < MATCH_M
+    ]
+    return Outcome(agreeing[0], None, None) if len(agreeing) == 1 else outcome
 
 
 def _fits(mine: Rectangles, theirs: Rectangles, outcome: Outcome) -> NDArray[np.bool_]:

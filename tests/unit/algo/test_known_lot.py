@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 from shapely import MultiPolygon
 
-from hawk.algo.known_lot import FIRST_TRY, PAUSE, PlanRegistration, plan_rectangles
+from hawk.algo.known_lot import FIRST_TRY, PAUSE, PlanRegistration, adjoining, plan_rectangles
 from hawk.algo.registration.likelihood import StallMap
 from hawk.algo.registration.whole_map import Doubt
 from hawk.algo.rows.fit import Rectangles
@@ -41,8 +42,9 @@ def moved(stalls: NDArray[np.float64], north: float, east: float, turn: float) -
 
 def look(placing: PlanRegistration, found: StallMap, frames: int = 400) -> Rectangles | None:
     for _ in range(frames):
-        placed = placing.go_on(len(found.stalls), lambda: found)
-        if placed is not None:
+        plans = placing.go_on(len(found.stalls), lambda: found)
+        if plans is not None:
+            (placed,) = plans
             return placed
     return None
 
@@ -85,14 +87,6 @@ def test_a_few_stalls_are_not_compared() -> None:
 
 
 @pytest.mark.slow
-def test_a_plan_that_was_placed_is_not_looked_for_again() -> None:
-    stalls = rows_of(14, 9, 12)
-    placing = PlanRegistration(lot_of(stalls))
-    assert look(placing, seen(stalls)) is not None
-    assert placing.is_over
-
-
-@pytest.mark.slow
 def test_a_copy_begins_its_comparison_again() -> None:
     stalls = rows_of(14, 9, 12)
     placing = PlanRegistration(lot_of(stalls))
@@ -107,3 +101,32 @@ def test_known_ground_that_crosses_itself_is_mended() -> None:
     lot = KnownLot("lot", lot_of(stalls).stalls, ((bow,),))
     assert len(plan_rectangles(lot)) == len(stalls)
     PlanRegistration(lot)
+
+
+def test_lots_that_lie_beside_each_other_adjoin_and_one_farther_off_does_not() -> None:
+    stalls = rows_of(14, 9, 12)
+    beside, beyond = (moved(stalls, north, 0.0, 0.0) for north in (60.0, 200.0))
+    first, second, third = (
+        replace(lot_of(each), id=name) for each, name in ((stalls, "a"), (beside, "b"), (beyond, "c"))
+    )
+    assert adjoining([first, third, second]) == [[first, second]]
+    assert adjoining([first, third]) == []
+
+
+def test_rows_that_go_on_in_the_next_lot_have_their_place_by_both_plans() -> None:
+    stalls = rows_of(20, 20)
+    seam = 9.5 * 2.6
+    is_first = stalls[:, 1] < seam
+    pieces = (((-8.0, -8.0), (24.0, seam)), ((-8.0, seam), (24.0, 58.0)))
+    first, second = (
+        replace(lot_of(stalls[mine]), ground=((((a, b), (c, b), (c, d), (a, d)),),))
+        for mine, ((a, b), (c, d)) in zip((is_first, ~is_first), pieces, strict=True)
+    )
+    there = moved(stalls, 0.9, -1.1, 0.01)
+    alone = PlanRegistration(first)
+    assert look(alone, seen(there)) is None
+    assert alone.doubt is Doubt.ALIKE
+    both = PlanRegistration(first, second)
+    plans = next(filter(None, (both.go_on(len(there), lambda: seen(there)) for _ in range(400))))
+    for plan, mine in zip(plans, (is_first, ~is_first), strict=True):
+        assert np.hypot(*(plan.centres - there[mine, :2]).T).max() < 0.05

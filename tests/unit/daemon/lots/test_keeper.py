@@ -17,7 +17,7 @@ from hawk.lots.storage.backup import restore
 from hawk.lots.storage.database import Database
 from hawk.lots.store import LotStore
 from hawk.lots.survey.landing import LandingFacts
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import Doubtful, LotStoreError, Registration
 from hawk.model.plans import ExploreStatus, LotLook, Outline, PathPlan
 from tests.unit.comm.waiting import until
 from tests.unit.lots.survey.test_landing import STALL, landed, lot_map
@@ -265,6 +265,27 @@ async def test_after_a_battery_swap_the_rest_of_a_round_replaces_what_was_stored
             assert await drone.keeper.keep()
         assert sorted(await drone.stored()) == ["000001-x@east", "000001-x@west"]
     assert [text for _, text, _ in drone.messages].count("Not finished: East.") == 1
+
+
+async def test_a_lot_of_a_round_whose_place_was_in_doubt_is_stored_again_at_the_landing(tmp_path: Path) -> None:
+    outcomes: list[Registration | Doubtful] = [Doubtful("two places fit alike"), Registration(0.0, 0.0, 0.0, {})]
+    both = ended(round_of(at(1, 10.0), at(2, 40.0)), "west")
+    async with flown(tmp_path / "lots.db") as drone:
+        drone.survey = both
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 2)
+        drone.store.register = lambda *_: outcomes.pop(0) if outcomes else Registration(0.0, 0.0, 0.0, {})
+        drone.keeper.note(armed=True)
+        drone.survey = replace(both, name="000002-x")
+        drone.keeper.note_plan(over("west"))
+        await until(lambda: len(drone.messages) == 3)
+        assert "two places fit alike" in drone.messages[2][2]
+        drone.survey = replace(drone.survey, current=replace(both.current, version=6))
+        drone.keeper.note(armed=False)
+        await until(lambda: drone.messages[-1][1] == "Not finished: East.")
+    west, east = drone.messages[3:5]
+    assert west == ("info", "The survey is stored as one of Lot 1.", "0 of 1 stalls are known ones.")
+    assert east[1] == "The survey is stored as one of Lot 2."
 
 
 async def test_no_lot_is_stored_in_flight_where_the_store_is_not_open(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from hawk.algo.registration.likelihood import Placement, StallMap
 from hawk.daemon.lots.registration import registration
 from hawk.lots import change_log, commands
 from hawk.lots.ingest import save
+from hawk.lots.plan.queries import all_stalls
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.schema import LOT as LOT_TABLE
 from hawk.lots.schema import OBSERVATION, STALL, SURVEY
@@ -253,15 +254,43 @@ def test_a_survey_without_its_ground_is_registered_nowhere(store: Database) -> N
     assert (third.placed, third.doubt) == (Placed.UNREGISTERED, "the ground of the lot's first survey is not known")
 
 
-def endless(store: Database) -> tuple[Saved, Saved]:
-    """Save two surveys of the middle of a long row: which stall is which is not certain."""
+def endless(store: Database, known: Callable[[int], int] | None = None) -> tuple[Saved, Saved]:
+    """Save two surveys of the middle of a long row: which stall is which is not certain.
+
+    ``known``: number of the plan's stall, along the row, for which the flight took each stall of the second survey.
+    """
     within = StallMap(ENDLESS.stalls, shapely.box(-10, 5.5 * PITCH_M, 10, 33.5 * PITCH_M))
     inside = np.array(shapely.contains_xy(within.seen, ENDLESS.stalls.centres))
     middle = StallMap(ENDLESS.stalls[inside], within.seen)
     first = saved(store, survey_of(1, middle))
     moved = about_middle(0.0, (0.0, 0.4), middle)
     found, _ = flown_again(middle, moved, np.random.default_rng(1), missed=0.0)
-    return first, saved(store, survey_of(2, found))
+    second = survey_of(2, found)
+    if known is not None:
+        with store.reading() as connection:
+            plan = sorted(all_stalls(connection, first.lot or ""), key=lambda stall: stall.east)
+        along = sorted(second.stalls, key=lambda stall: stall.east)
+        given = {stall.id: plan[known(k)].id for k, stall in enumerate(along) if 0 <= known(k) < len(plan)}
+        stalls = tuple(replace(stall, known=given.get(stall.id, "")) for stall in second.stalls)
+        second = replace(second, stalls=stalls)
+    return first, saved(store, second)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [0, 1])
+def test_of_two_places_that_fit_alike_the_one_counts_where_the_flight_saw_the_plan(store: Database, steps: int) -> None:
+    _, second = endless(store, lambda k: k + steps)
+    assert second.placed is Placed.REGISTERED
+    assert set(looks(store, 2)) == set(range(1 + steps, 29))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("known", [lambda k: k + 6, lambda k: k + k % 2, lambda k: k if k < 3 else -1])
+def test_a_flight_that_saw_the_plan_elsewhere_or_at_few_stalls_settles_no_doubt(
+    store: Database, known: Callable[[int], int]
+) -> None:
+    _, second = endless(store, known)
+    assert (second.placed, second.doubt) == (Placed.UNREGISTERED, "two places fit alike")
 
 
 @pytest.mark.slow

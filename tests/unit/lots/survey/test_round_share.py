@@ -43,7 +43,7 @@ def at(number: int, east: float, north: float = -10.0) -> Stall:
 
 
 def share(flown: LandingFacts, lot: str) -> FinishedSurvey:
-    mine = share_of(flown, lot)
+    mine = share_of(flown, lot, {})
     assert mine is not None
     return finished(mine)
 
@@ -58,9 +58,22 @@ def test_each_lot_has_its_own_survey_with_its_outline_and_the_lots_beside() -> N
     assert {journal_of(west.origin), journal_of(east.origin)} == {"000001-x"}
 
 
+@given(st.lists(st.tuples(st.floats(0.5, 50.0), st.sampled_from(["", "a", "b", "c"])), min_size=1, max_size=12))
+def test_a_stall_that_the_flight_knew_is_of_its_own_lot_wherever_the_receiver_puts_it(
+    stalls: list[tuple[float, str]],
+) -> None:
+    """Stall "c" is known, of a lot that is not of the round."""
+    flown = round_of(*(replace(at(number, east), known=known) for number, (east, known) in enumerate(stalls)))
+    shares = {name: share_of(flown, name, {"a": "west", "b": "east"}) for name in NAMES}
+    found = {name: [] if mine is None else [*mine.current.stalls] for name, mine in shares.items()}
+    assert sorted([*found["west"], *found["east"]]) == [*range(len(stalls))]
+    for number, (_, known) in enumerate(stalls):
+        assert known not in {"a", "b"} or number in found[{"a": "west", "b": "east"}[known]]
+
+
 def test_ground_and_pictures_are_those_of_the_lot() -> None:
     flown = round_of(at(1, 10.0), at(2, 40.0))
-    shares = [share_of(flown, name) for name in NAMES]
+    shares = [share_of(flown, name, {}) for name in NAMES]
     masks = []
     for mine in shares:
         assert mine is not None
@@ -79,7 +92,7 @@ def test_ground_and_pictures_are_those_of_the_lot() -> None:
 @given(st.lists(st.tuples(st.floats(-25.0, -0.5), st.floats(0.5, 50.0)), min_size=1, max_size=12))
 def test_no_stall_is_lost_or_doubled(places: list[tuple[float, float]]) -> None:
     flown = round_of(*(at(number, east, north) for number, (north, east) in enumerate(places)))
-    shares = [share_of(flown, name) for name in NAMES]
+    shares = [share_of(flown, name, {}) for name in NAMES]
     found = [number for mine in shares if mine is not None for number in mine.current.stalls]
     assert sorted(found) == list(range(len(places)))
 
@@ -92,17 +105,17 @@ def test_a_car_is_counted_on_the_nearest_lot() -> None:
 
 def test_a_lot_that_nothing_was_seen_of_has_no_survey() -> None:
     flown = round_of(at(1, 10.0), replace(at(2, 40.0), seen=0))
-    assert share_of(flown, "east") is None
-    assert share_of(flown, "another") is None
-    assert share_of(replace(flown, current=OccupancyMap()), "west") is None
+    assert share_of(flown, "east", {}) is None
+    assert share_of(flown, "another", {}) is None
+    assert share_of(replace(flown, current=OccupancyMap()), "west", {}) is None
 
 
 def test_a_lot_of_sections_alone_has_its_survey_once_it_is_over() -> None:
     flown = round_of(at(1, 10.0))
     assert flown.outline is not None
-    assert share_of(flown, "east") is None
+    assert share_of(flown, "east", {}) is None
     over = tuple(replace(lot, is_over=True) for lot in flown.outline.lots)
     done = replace(flown, outline=replace(flown.outline, lots=over))
     east = share(done, "east")
     assert (east.stalls, east.outline, east.beside) == ((), EAST, (WEST,))
-    assert share_of(replace(done, current=OccupancyMap()), "east") is None
+    assert share_of(replace(done, current=OccupancyMap()), "east", {}) is None
