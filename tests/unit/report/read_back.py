@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import io
 import re
+import warnings
 import zipfile
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
@@ -20,7 +21,9 @@ Value = str | float | None
 def pdf_writer() -> Any:
     """Return WeasyPrint; skip the test where it, or Pango, is not installed."""
     try:
-        return importlib.import_module("weasyprint")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", DeprecationWarning)  # a system's library that a later WeasyPrint needs
+            return importlib.import_module("weasyprint")
     except (ImportError, OSError) as error:
         pytest.skip(f"no PDF is written here: {error}", allow_module_level=True)
 
