@@ -239,6 +239,7 @@ def test_the_plans_of_two_lots_come_onto_one_map_each_at_its_own_place() -> None
     assert len({stall.label for stall in found.values()}) == 2 * count
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_stall_that_the_flight_has_ended_does_not_come_back_with_the_plan_of_the_next_lot() -> None:
     away = np.array([0.0, 90.0, 0.0, 0.0, 0.0])

@@ -51,11 +51,10 @@ def keeps_out(flight: Flight, fence: Fence) -> None:
     "zones",
     [
         pytest.param([box(-12, -10, 12, 10)], id="a roof in the middle"),
-        pytest.param(
-            [box(-25, -50, -12, 2), box(10, -4, 26, 50)], id="two that force a detour", marks=pytest.mark.nightly
-        ),
+        pytest.param([box(-25, -50, -12, 2), box(10, -4, 26, 50)], id="two that force a detour"),
     ],
 )
+@pytest.mark.nightly
 def test_a_lot_with_zones_is_explored_and_no_leg_crosses_one(zones: list[Ring]) -> None:
     fence = zoned(fence_around(LOT, 15.0), *zones)
     flight = fly(LOT, (-38.0, -28.0), fence)

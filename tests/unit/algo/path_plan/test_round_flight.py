@@ -90,6 +90,7 @@ def test_without_the_plan_of_one_of_its_lots_a_round_is_not_flown() -> None:
     assert made.last.target is None
 
 
+@pytest.mark.nightly
 @pytest.mark.slow
 def test_a_lot_of_sections_alone_is_flown_in_a_round_and_is_over_once_all_of_it_was_looked_at() -> None:
     sections = replace(LOTS[1], stalls=(), section_places=LOTS[1].stalls)
