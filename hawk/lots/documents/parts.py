@@ -10,7 +10,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Final, TypeVar, get_args
 
@@ -151,21 +151,25 @@ def _check_names(form: type[Part], found: object, field: str = "") -> None:
     for name in found.keys() - form.model_fields.keys():
         raise LotInputError(f"{field}{name}"[:LONGEST_FIELD], PLAIN["extra_forbidden"])
     for name, known in form.model_fields.items():
-        if name not in found:
-            if known.is_required():
-                raise LotInputError(f"{field}{name}", PLAIN["missing"])
-        elif (inner := _part_in(known.annotation)) is not None:
-            given = found[name]
-            for number, each in enumerate(given if isinstance(given, list) else [given]):
-                _check_names(inner, each, f"{field}{name}{f'[{number}]' * isinstance(given, list)}.")
+        if name not in found and known.is_required():
+            raise LotInputError(f"{field}{name}", PLAIN["missing"])
+    for name, inner in _parts_in(form).items():
+        given = found.get(name)
+        for number, each in enumerate(given if isinstance(given, list) else [given]):
+            _check_names(inner, each, f"{field}{name}{f'[{number}]' * isinstance(given, list)}.")
 
 
 @lru_cache
-def _part_in(annotation: object) -> type[Part] | None:
-    """Return the part that a field holds, or a list of it; None for values."""
+def _parts_in(form: type[Part]) -> Mapping[str, type[Part]]:
+    """Return the fields of a part that hold parts, or lists of them, with the form of these."""
+    found = {name: _part_of(known.annotation) for name, known in form.model_fields.items()}
+    return {name: part for name, part in found.items() if part is not None}
+
+
+def _part_of(annotation: object) -> type[Part] | None:
     if isinstance(annotation, type) and issubclass(annotation, Part):
         return annotation
-    return next((found for each in get_args(annotation) if (found := _part_in(each)) is not None), None)
+    return next((found for each in get_args(annotation) if (found := _part_of(each)) is not None), None)
 
 
 def _plain(data: bytes) -> bytes:
