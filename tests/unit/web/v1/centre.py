@@ -52,7 +52,7 @@ class Centre:
             return answer.status, json.loads(text) if text else None
 
     async def arrivals(self, **query: str) -> list[dict[str, Any]]:
-        """What came, the oldest first, as an operator reads it."""
+        """Return the arrivals, the oldest first, as an operator reads them."""
         async with (
             await self.stand.tool(Role.OPERATOR) as operator,
             operator.get(self.url("/api/v1/documents"), params=query) as answer,
