@@ -11,6 +11,7 @@ import gzip
 import hashlib
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated, Final, TypeVar, get_args
 
@@ -148,22 +149,32 @@ def _check_names(form: type[Part], found: object, field: str = "") -> None:
     """
     if not isinstance(found, dict):
         return
-    for name in found.keys() - form.model_fields.keys():
+    names = _names_in(form)
+    for name in found.keys() - names.known:
         raise LotInputError(f"{field}{name}"[:LONGEST_FIELD], PLAIN["extra_forbidden"])
-    for name, known in form.model_fields.items():
-        if name not in found and known.is_required():
-            raise LotInputError(f"{field}{name}", PLAIN["missing"])
-    for name, inner in _parts_in(form).items():
+    for name in (each for each in names.required if each not in found):
+        raise LotInputError(f"{field}{name}", PLAIN["missing"])
+    for name, inner in names.parts.items():
         given = found.get(name)
         for number, each in enumerate(given if isinstance(given, list) else [given]):
             _check_names(inner, each, f"{field}{name}{f'[{number}]' * isinstance(given, list)}.")
 
 
+@dataclass(frozen=True, slots=True)
+class _Names:
+    """Names of a part's fields; ``parts``: those that hold parts, or lists of them, with the form of these."""
+
+    known: frozenset[str]
+    required: tuple[str, ...]
+    parts: Mapping[str, type[Part]]
+
+
 @lru_cache
-def _parts_in(form: type[Part]) -> Mapping[str, type[Part]]:
-    """Return the fields of a part that hold parts, or lists of them, with the form of these."""
-    found = {name: _part_of(known.annotation) for name, known in form.model_fields.items()}
-    return {name: part for name, part in found.items() if part is not None}
+def _names_in(form: type[Part]) -> _Names:
+    fields = form.model_fields
+    held = {name: _part_of(known.annotation) for name, known in fields.items()}
+    required = tuple(name for name, known in fields.items() if known.is_required())
+    return _Names(frozenset(fields), required, {name: part for name, part in held.items() if part is not None})
 
 
 def _part_of(annotation: object) -> type[Part] | None:
