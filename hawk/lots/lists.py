@@ -101,7 +101,7 @@ def lot(connection: Connection, lot_id: str, due: NextDue = never_due) -> Lot:
 def layouts(connection: Connection, lot_id: str, asked: Asked) -> LayoutList:
     """Return the versions of a lot's layout, the first one first. Raises NotFoundError, LotInputError."""
     lot_row(connection, lot_id)
-    rows = select(LAYOUT).where(LAYOUT.c.lot == lot_id, *_behind(LAYOUT.c.version, asked)).order_by(LAYOUT.c.version)
+    rows = select(LAYOUT).where(LAYOUT.c.lot == lot_id, *behind(LAYOUT.c.version, asked)).order_by(LAYOUT.c.version)
     return part_of(LayoutList, connection, rows, asked, layout_of, lambda row: str(row.version))
 
 
@@ -132,7 +132,7 @@ def surveys(connection: Connection, asked: Asked, lot_id: str | None = None) -> 
     if lot_id is not None:
         lot_row(connection, lot_id)
     is_of = true() if lot_id is None else SURVEY.c.lot == lot_id
-    rows = select(*SURVEY_SHOWN).where(is_of, *asked.of, *_behind(SURVEY.c.seq, asked))
+    rows = select(*SURVEY_SHOWN).where(is_of, *asked.of, *behind(SURVEY.c.seq, asked))
     in_order = rows.order_by(SURVEY.c.seq.desc() if asked.newest_first else SURVEY.c.seq)
     found = _rows(connection, in_order, asked)
     items = surveys_of(connection, [row._mapping for row in found[: asked.limit]])
@@ -168,7 +168,7 @@ _LABEL_THEN: Final = func.coalesce(
 def changes(connection: Connection, asked: Asked, lot_id: str | None = None) -> ChangeList:
     """Return the changes that persons made, the newest first; None: those of every lot. Raises LotInputError."""
     is_of = true() if lot_id is None else CHANGE.c.lot == lot_id
-    is_asked = (CHANGE.c.edit.is_(None), is_of, *_behind(CHANGE.c.seq, replace(asked, newest_first=True)))
+    is_asked = (CHANGE.c.edit.is_(None), is_of, *behind(CHANGE.c.seq, replace(asked, newest_first=True)))
     in_order = select(*CHANGE_SHOWN).where(*is_asked).order_by(CHANGE.c.seq.desc())
     return part_of(
         ChangeList, connection, in_order, asked, lambda row: change_of(connection, row), lambda row: str(row.seq)
@@ -194,7 +194,7 @@ def stalls(
         LotInputError: The place is not in this list.
     """
     lot_row(connection, lot_id)
-    conditions = [in_plan(STALL.c, lot_id), *_behind(STALL.c.key, asked)]
+    conditions = [in_plan(STALL.c, lot_id), *behind(STALL.c.key, asked)]
     if row is not None:
         conditions.append(is_of_row(STALL.c.label, row))
     if kind is not None:
@@ -242,7 +242,7 @@ def stalls_of_layout(connection: Connection, lot_id: str, version: int, asked: A
     if connection.execute(is_there).scalar() is None:
         raise NotFoundError(f"layout: there is no version {version}; read the list of the layouts again")
     columns = (STALL.c[name] for name in ("key", "id", *LASTING))
-    rows = select(*columns).where(in_plan(STALL.c, lot_id, version), *_behind(STALL.c.key, asked))
+    rows = select(*columns).where(in_plan(STALL.c, lot_id, version), *behind(STALL.c.key, asked))
     found = _rows(connection, rows.order_by(STALL.c.key), asked)
     among = {"among": json.dumps([row.key for row in found])}
     is_former = and_(FORMER.c.lot == lot_id, FORMER.c.ends > version, is_among(FORMER.c.stall))
@@ -320,7 +320,8 @@ def _behind_look(asked: Asked) -> ColumnElement[bool]:
     return and_(is_from, is_later | (OBSERVATION.c.stall > key))
 
 
-def _behind(column: ColumnElement[int], asked: Asked) -> list[ColumnElement[bool]]:
+def behind(column: ColumnElement[int], asked: Asked) -> list[ColumnElement[bool]]:
+    """Return the conditions of rows behind the place that is asked for, by a number. Raises LotInputError."""
     if asked.after is None:
         return []
     (number,) = _numbers(asked.after, 1)

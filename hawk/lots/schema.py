@@ -25,9 +25,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 7
+VERSION: Final = 8
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "d65a20e43ad4ce4ec67f229a8620b993"
+SCHEMA: Final = "c605e7031bf86222bd16bebe3b537ff4"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -279,6 +279,23 @@ were written by this state, the last one as they are: states of other lots have 
 back; "": they were not, or by another state since. ``decided``: the newest state that was written,
 or that a person refused; of a desk's, the revision of the plan with it. ``body``: compressed JSON of
 `hawk.lots.documents.lot_document.LotPart`."""
+ARRIVAL: Final = Table(
+    "arrival",
+    METADATA,
+    Column("seq", Integer, primary_key=True),
+    Column("at", Float, nullable=False),
+    Column("sender", Text, nullable=False, index=True),
+    Column("kind", String(8), nullable=False),
+    Column("name", Text, nullable=False),
+    Column("lot", String(36), index=True),
+    Column("state", Integer),
+    Column("outcome", String(8), nullable=False),
+    Column("reason", Text, nullable=False),
+    Column("times", Integer, nullable=False),
+    sqlite_autoincrement=True,
+)
+"""Everything that drones and programs have sent here, in the order of its arrival (`hawk.lots.documents.arrival`).
+``times``: number of refusals in a row that were alike. The table has no digest: nothing is counted by it."""
 DESK: Final = Table(
     "desk",
     METADATA,

@@ -19,6 +19,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
+from hawk.lots.documents.arrival import Arrival, ArrivalKind
 from hawk.lots.values import LotInputError, LotStoreError, Register, Saved, StoreBusyError
 from hawk.model.lot_map import EncodedTile, TileKey
 from hawk.runtime.late import late
@@ -28,7 +29,7 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
 
     from hawk.lots import ingest, known_lot, outbox
-    from hawk.lots.documents import collection, lot_document, lot_return, survey_document
+    from hawk.lots.documents import arrival_log, collection, lot_document, lot_return, survey_document
     from hawk.lots.documents.collection import DocumentOutcome, LotOutcome
     from hawk.lots.documents.lot_return import LotAnswer, LotQuery
     from hawk.lots.storage import backup, database
@@ -46,6 +47,7 @@ else:
     round_share = late("hawk.lots.survey.round_share")
     ingest = late("hawk.lots.ingest")
     known_lot = late("hawk.lots.known_lot")
+    arrival_log = late("hawk.lots.documents.arrival_log")
     collection = late("hawk.lots.documents.collection")
     lot_document = late("hawk.lots.documents.lot_document")
     lot_return = late("hawk.lots.documents.lot_return")
@@ -163,6 +165,9 @@ class LotStore:
                 raise LotInputError("survey.ended", "is more than a day ahead: set the clock of drone and desk right")
             with self._opened().writing() as connection:
                 found = collection.collect(connection, document, drone, self.register)
+                kind, state = ArrivalKind.SURVEY, document.survey.state
+                arrived = Arrival(drone, kind, survey, found.outcome, found.lot, state)
+                arrival_log.note(connection, arrived, self._wall())
             if found.has_newer_picture:
                 self._keep_picture(survey, document.pictures)
                 with self._opened().writing() as connection:
@@ -187,9 +192,17 @@ class LotStore:
             if lot not in {each.id for each in document.lots}:
                 raise LotInputError("lots", f"must have the lot of the address, {lot}")
             with self._opened().writing() as connection:
-                return collection.collect_lots(connection, document, drone)
+                found = collection.collect_lots(connection, document, drone)
+                arrived = Arrival(drone, ArrivalKind.LOT, lot, found.outcome, lot, document.state)
+                arrival_log.note(connection, arrived, self._wall())
+                return found
 
         return await self._run(work)
+
+    async def note(self, arrival: Arrival) -> None:
+        """Note what came from a drone or a program, and wrote nothing else. Raises LotStoreError."""
+        now = self._wall()
+        await self.write(lambda connection: arrival_log.note(connection, arrival, now))
 
     async def take_back(self, data: bytes, asked: LotQuery) -> LotAnswer:
         """Take in a document of lots of the desk that this store is sent to. Raises LotInputError, LotStoreError."""

@@ -182,8 +182,8 @@ class FileWriter:
         """Add the next bytes. Raises OSError."""
         self._file.write(data)
 
-    def finish(self) -> None:
-        """Give the file its name; one that is there with the same bytes stays.
+    def finish(self) -> bool:
+        """Give the file its name; one that is there with the same bytes stays, and the answer is False.
 
         Raises NameTakenError where it has other bytes, OSError; this one is then dropped.
         """
@@ -192,13 +192,14 @@ class FileWriter:
             os.fsync(self._file.fileno())
             if self._is_there():
                 self.drop()
-                return
+                return False
             os.rename(self._partial, self._name, src_dir_fd=self._folder, dst_dir_fd=self._folder)
             os.fsync(self._folder)
         except (OSError, NameTakenError):
             self.drop()
             raise
         self._close(self._size)
+        return True
 
     def _is_there(self) -> bool:
         """Return whether the same file has come before. Raises NameTakenError."""

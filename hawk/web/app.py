@@ -29,6 +29,7 @@ from hawk.web.security import RequestCheck, check_binding, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 from hawk.web.v1 import routes as v1
 from hawk.web.v1.answers import problems
+from hawk.web.v1.arrivals import note_refusals
 from hawk.web.v1.links import LINK_LOG
 from hawk.web.video import video
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place
@@ -93,7 +94,8 @@ def create_app(services: WebServices, page: Page, documentation: Documentation |
     login_page = LoginPage(admission)
     check = RequestCheck(services.web, admission, login_page)
     app = web.Application(
-        middlewares=[problems, check.middleware, attend(keeps_place, PUBLIC)], client_max_size=REQUEST_LIMIT_BYTES
+        middlewares=[problems, note_refusals, check.middleware, attend(keeps_place, PUBLIC)],
+        client_max_size=REQUEST_LIMIT_BYTES,
     )
     app[SERVICES] = services
     app[DOOR] = Door(Places.within(descriptor_limit(), services.web.maximum_clients), services.monotonic)

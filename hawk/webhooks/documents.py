@@ -190,6 +190,7 @@ class DocumentSender:
         if outcome.status in _AWAY:
             await self._wait_for_link(url, outcome)
             return False
+        self._failed = 0  # the desk is there
         await self._note_failed(url, message, target, outcome)
         return True
 

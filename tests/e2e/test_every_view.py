@@ -24,6 +24,7 @@ VIEWS = {
     "lots": ("#/lots/{lot}/{after}", MAP),
     "stalls": ("#/lots/{lot}?show=stalls", MAP),
     "links": ("#/lots/{lot}?show=links", "archive-links button"),
+    "arrivals": ("#/lots/{lot}?show=arrivals", "archive-arrivals select"),
     "compare": ("#/compare/{lot}/{before}/{after}", MAP),
     "report": ("#/report/{lot}?part=row.A&days=mon-fri&hours=8-15", ".ask .answer .large"),
     "document": ("#/report/{lot}?show=document", "archive-document iframe"),

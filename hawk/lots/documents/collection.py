@@ -8,15 +8,16 @@ survey, stays.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection, RowMapping, delete, insert, select, update
 
 from hawk.lots.documents import plan_rows
+from hawk.lots.documents.arrival import Outcome
 from hawk.lots.documents.lot_document import LotDocument, LotPart
-from hawk.lots.documents.lot_states import collect_lot, outer_first
+from hawk.lots.documents.lot_states import LotArrival, collect_lot, newness, outer_first
 from hawk.lots.documents.parts import Ground, digest_of
 from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.ingest import register_survey, survey_columns
@@ -43,7 +44,8 @@ from hawk.model.poses import GlobalPose
 class DocumentOutcome:
     """Outcome. ``state``: the newest one here; ``has_newer_picture``: the document has one that is to be kept.
 
-    ``keeps_plan``: a lot's plan is another one here: a person has changed it, or it is another drone's.
+    ``keeps_plan``: a lot's plan is another one here: a person has changed it, or it is another drone's. ``outcome``:
+    what became of the document.
     """
 
     seq: int
@@ -52,6 +54,7 @@ class DocumentOutcome:
     state: int
     has_newer_picture: bool
     keeps_plan: bool
+    outcome: Outcome
 
 
 def collect(
@@ -70,10 +73,11 @@ def collect(
     _check_not_erased(connection, {document.survey.id: "survey.id", **_fields_of(document.lots)})
     finished = _finished(document, writer)
     row = _check_writer(connection, finished, document.survey.id, writer)
-    current = [collect_lot(connection, each, writer) for each in outer_first(document.lots)]
+    lots = [collect_lot(connection, each, writer) for each in outer_first(document.lots)]
     state, digest = document.survey.state, digest_of(document.model_copy(update={"lots": (), "mosaic": ()}))
     known = None if row is None else _document_row(connection, int(row["seq"]))
-    if known is None or (known["state"], known["digest"]) < (state, digest):
+    is_new = newness((state, digest), None if known is None else (known["state"], known["digest"]))
+    if known is None or is_new is Outcome.TAKEN:
         seq = _collect_survey(connection, document, finished, row, register)
         order = {"writer": writer, "state": state, "digest": digest}
         connection.execute(update(DOCUMENT).where(DOCUMENT.c.survey == seq).values(**order))
@@ -83,7 +87,10 @@ def collect(
     assert found is not None  # noqa: S101 - it was written
     lot = connection.execute(select(SURVEY.c.lot).where(SURVEY.c.seq == seq)).scalar()
     has_newer_picture = bool(document.mosaic) and found["picture"] < state
-    return DocumentOutcome(seq, document.survey.id, lot, int(found["state"]), has_newer_picture, not all(current))
+    keeps_plan, outcome = _plans(lots, is_new)
+    return DocumentOutcome(
+        seq, document.survey.id, lot, int(found["state"]), has_newer_picture, keeps_plan, outcome
+    )  # fmt: skip
 
 
 def note_picture(connection: Connection, seq: int, state: int) -> None:
@@ -93,10 +100,11 @@ def note_picture(connection: Connection, seq: int, state: int) -> None:
 
 @dataclass(frozen=True, slots=True)
 class LotOutcome:
-    """Outcome. ``state``: of the document. ``keeps_plan``: as of `DocumentOutcome`."""
+    """Outcome. ``state``: of the document. ``keeps_plan``, ``outcome``: as of `DocumentOutcome`."""
 
     state: int
     keeps_plan: bool
+    outcome: Outcome
 
 
 def collect_lots(connection: Connection, document: LotDocument, writer: str) -> LotOutcome:
@@ -105,8 +113,15 @@ def collect_lots(connection: Connection, document: LotDocument, writer: str) -> 
     Raises ErasedError, and LotStoreError for a lot that is damaged here.
     """
     _check_not_erased(connection, _fields_of(document.lots))
-    current = [collect_lot(connection, each, writer) for each in outer_first(document.lots)]
-    return LotOutcome(document.state, not all(current))
+    found = [collect_lot(connection, each, writer) for each in outer_first(document.lots)]
+    is_new = min((each.outcome for each in found), key=list(Outcome).index, default=Outcome.KNOWN)
+    return LotOutcome(document.state, *_plans(found, is_new))
+
+
+def _plans(lots: Sequence[LotArrival], outcome: Outcome) -> tuple[bool, Outcome]:
+    """Return whether a lot's plan is another one here, and the outcome of a document with these lots."""
+    waits = any(each.outcome is Outcome.WAITS for each in lots)
+    return not all(each.is_current for each in lots), Outcome.WAITS if waits else outcome
 
 
 def _fields_of(lots: Iterable[LotPart]) -> dict[str, str]:

@@ -134,11 +134,11 @@ class LotPart(Part):
     made: Moment
     time_zone: Annotated[str, Field(max_length=LONGEST_ZONE)] | None
     merged_into: Uuid | None
-    layouts: Annotated[tuple[Layout, ...], Field(max_length=MOST)]
-    stalls: Annotated[tuple[PlanStall, ...], Field(max_length=MOST)]
-    former: Annotated[tuple[FormerStall, ...], Field(max_length=MOST)]
-    zones: Annotated[tuple[PlanZone, ...], Field(max_length=MOST)]
-    sections: Annotated[tuple[PlanSection, ...], Field(max_length=MOST)]
+    layouts: Annotated[tuple[Layout, ...], Field(fail_fast=True, max_length=MOST)]
+    stalls: Annotated[tuple[PlanStall, ...], Field(fail_fast=True, max_length=MOST)]
+    former: Annotated[tuple[FormerStall, ...], Field(fail_fast=True, max_length=MOST)]
+    zones: Annotated[tuple[PlanZone, ...], Field(fail_fast=True, max_length=MOST)]
+    sections: Annotated[tuple[PlanSection, ...], Field(fail_fast=True, max_length=MOST)]
     base: LotBase | None = None
 
 
@@ -150,7 +150,7 @@ class LotDocument(Part):
     format: Literal["hawk lots"]
     version: Literal[1]
     state: Whole
-    lots: Annotated[tuple[LotPart, ...], Field(max_length=1000)]
+    lots: Annotated[tuple[LotPart, ...], Field(fail_fast=True, max_length=1000)]
 
 
 def unpacked(data: bytes) -> LotDocument:

@@ -14,6 +14,7 @@ from typing import Any, Final
 from sqlalchemy import Connection, insert, or_, select, update
 
 from hawk.lots.documents import plan_rows, source
+from hawk.lots.documents.arrival import Outcome
 from hawk.lots.documents.lot_document import LotBase, LotPart, kept_lot, lot_body, plan_digest
 from hawk.lots.documents.parts import digest_of
 from hawk.lots.plan.versions import edit_of
@@ -59,6 +60,26 @@ def is_followed(state: LotState) -> bool:
     return state.decided >= state.state
 
 
+@dataclass(frozen=True, slots=True)
+class LotArrival:
+    """Outcome of a state that came. ``is_current``: the tables were written by it, or say the same."""
+
+    outcome: Outcome
+    is_current: bool
+
+    @classmethod
+    def of(cls, newness: Outcome, *, is_current: bool) -> LotArrival:
+        """Return what became of a state that was new here, known or older: a new one that is not followed waits."""
+        return cls(Outcome.WAITS if newness is Outcome.TAKEN and not is_current else newness, is_current)
+
+
+def newness(arrived: tuple[int, str], known: tuple[int, str] | None) -> Outcome:
+    """Return whether a state is new here, known or older, by the orders of both: number, and digest."""
+    if known is None or known < arrived:
+        return Outcome.TAKEN
+    return Outcome.KNOWN if known == arrived else Outcome.OLDER
+
+
 def outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
     """Return lots, each behind the one that it became part of; those that go round at the end."""
     found: list[LotPart] = []
@@ -71,8 +92,8 @@ def outer_first(lots: Sequence[LotPart]) -> list[LotPart]:
     return found
 
 
-def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
-    """Keep a state of a lot that a drone has sent; return whether the tables were written by it, or say the same.
+def collect_lot(connection: Connection, part: LotPart, writer: str) -> LotArrival:
+    """Keep a state of a lot that a drone has sent; return what became of it.
 
     Raises LotStoreError for a lot that is damaged here.
     """
@@ -80,13 +101,14 @@ def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     base = part.base.plan if part.base is not None else ""
     known = next((each for each in states if (each.writer, each.base) == (writer, base)), None)
     arrived = LotState(writer, base, part.state, digest_of(part), "", 0)
-    if known is not None and known.order >= arrived.order and is_followed(known) and known.plan:
-        return True  # most surveys bring a lot as it was: its plan is not read
+    is_new = newness(arrived.order, None if known is None else known.order)
+    if known is not None and is_new is not Outcome.TAKEN and is_followed(known) and known.plan:
+        return LotArrival(is_new, is_current=True)  # most surveys bring a lot as it was: its plan is not read
     here = part_here(connection, part.id)
     if known is None and here is not None and _is_copy(part):
-        return plan_digest(here) == base
+        return LotArrival(Outcome.KNOWN, is_current=plan_digest(here) == base)
     former = None if known is None else body_of(connection, part.id, known)
-    if known is not None and former is not None and known.order >= arrived.order:
+    if known is not None and former is not None and is_new is not Outcome.TAKEN:
         arrived, part = known, former
     else:
         if known is not None:
@@ -95,14 +117,14 @@ def collect_lot(connection: Connection, part: LotPart, writer: str) -> bool:
     states = [each for each in states if each is not known] + [arrived]
     if here is None:
         follow(connection, part, arrived, states)
-        return True
+        return LotArrival.of(is_new, is_current=True)
     if _is_makers(states, arrived):
         part = _with_names(part, former, here)
         plan_rows.name_lot(connection, part)
     if not is_followed(arrived) and _may_follow(connection, here, arrived, states):
         follow(connection, part, arrived, states)
-        return True
-    return plan_digest(here) == plan_digest(part)
+        return LotArrival.of(is_new, is_current=True)
+    return LotArrival.of(is_new, is_current=plan_digest(here) == plan_digest(part))
 
 
 def follow(connection: Connection, part: LotPart, arrived: LotState, states: Sequence[LotState]) -> None:

@@ -62,7 +62,7 @@ class Doubt(Part):
     """Reason why the place is not certain, and the places to choose from. `chosen`: number of one of them."""
 
     why: Words
-    places: Annotated[tuple[DoubtfulPlace, ...], Field(max_length=1000)]
+    places: Annotated[tuple[DoubtfulPlace, ...], Field(fail_fast=True, max_length=1000)]
     chosen: Annotated[int, Field(ge=0, le=999)] | None
 
 
@@ -76,7 +76,7 @@ class SurveyPart(Part):
     kind: SurveyKind
     source: SourceKind | Literal[""]
     source_name: Words
-    limits: Annotated[tuple[Limit, ...], Field(max_length=len(Limit))]
+    limits: Annotated[tuple[Limit, ...], Field(fail_fast=True, max_length=len(Limit))]
     program: Words
     simulated: bool
     began: Moment
@@ -91,7 +91,7 @@ class SurveyPart(Part):
     lot: Uuid | None
     layout: Version | None
     place: Place | None
-    candidates: Annotated[tuple[Uuid, ...], Field(max_length=1000)]
+    candidates: Annotated[tuple[Uuid, ...], Field(fail_fast=True, max_length=1000)]
     doubt: Doubt | None
 
 
@@ -155,11 +155,11 @@ class SurveyDocument(Part):
     format: Literal["hawk survey"]
     version: Literal[1]
     survey: SurveyPart
-    stalls: Annotated[tuple[FoundStall, ...], Field(max_length=MOST)]
-    looks: Annotated[tuple[Look, ...], Field(max_length=MOST)]
-    sections: Annotated[tuple[SectionLook, ...], Field(max_length=MOST)]
-    lots: Annotated[tuple[LotPart, ...], Field(max_length=1000)]
-    mosaic: Annotated[tuple[Tile, ...], Field(max_length=10_000)]
+    stalls: Annotated[tuple[FoundStall, ...], Field(fail_fast=True, max_length=MOST)]
+    looks: Annotated[tuple[Look, ...], Field(fail_fast=True, max_length=MOST)]
+    sections: Annotated[tuple[SectionLook, ...], Field(fail_fast=True, max_length=MOST)]
+    lots: Annotated[tuple[LotPart, ...], Field(fail_fast=True, max_length=1000)]
+    mosaic: Annotated[tuple[Tile, ...], Field(fail_fast=True, max_length=10_000)]
 
     @property
     def pictures(self) -> dict[TileKey, EncodedTile]:

@@ -1,4 +1,5 @@
-"""Knowledge that a restore carries over from the store that was there: links that were taken back, and what was erased.
+"""Knowledge that a restore carries over from the store that was there: links that were taken back, what was erased, and
+what has come from drones since the backup.
 
 A backup knows nothing of what was done after it. A link opens after a restore only where the store before had it open.
 Every survey and lot of the backup gets a new state: a desk that has later ones follows the restored store.
@@ -14,9 +15,9 @@ import sqlite3
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final
+from typing import Final, cast
 
-from hawk.lots.schema import VERSION
+from hawk.lots.schema import ARRIVAL, VERSION
 from hawk.lots.storage import states
 from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import check, read_only
@@ -24,6 +25,9 @@ from hawk.lots.storage.digests import Part, seal
 from hawk.lots.storage.erasure import all_erased, erase_again, note_erased
 from hawk.lots.values import LotStoreError
 
+_ARRIVAL: Final = ", ".join(ARRIVAL.c.keys())
+_WITH_ARRIVALS: Final = 8
+"""Version of the store that has a log of arrivals first."""
 _HASH: Final = re.compile(rb"(?=([0-9a-f]{64}))")
 """A SHA-256 as text, wherever it begins."""
 
@@ -34,13 +38,14 @@ class Former:
 
     ``is_whole``: it can be read, and nothing in it is damaged. ``open_until``: id of each link that was not taken back
     -> its end, Unix seconds. ``erased``: as of `hawk.lots.storage.erasure.erased_id`. ``last_state``: greatest number
-    that a survey, a lot or a message had.
+    that a survey, a lot or a message had. ``arrivals``: rows of the log of arrivals, the oldest first.
     """
 
     is_whole: bool = False
     open_until: Mapping[str, float] = field(default_factory=dict, repr=False)
     erased: frozenset[str] = frozenset()
     last_state: int = 0
+    arrivals: tuple[tuple[object, ...], ...] = field(default=(), repr=False)
 
 
 def former_of(path: Path) -> Former:
@@ -56,7 +61,9 @@ def former_of(path: Path) -> Former:
         damaged = damaged_parts(store)
         erased = frozenset(all_erased(store))
         last_state = states.last(store)
-    return Former(not damaged, _links_of(path, damaged), erased, last_state)
+        is_older = version < _WITH_ARRIVALS
+        arrivals = () if is_older else tuple(store.execute(f"SELECT {_ARRIVAL} FROM arrival ORDER BY seq"))  # noqa: S608
+    return Former(not damaged, _links_of(path, damaged), erased, last_state, arrivals)
 
 
 def _links_of(path: Path, damaged: tuple[Part, ...]) -> dict[str, float]:
@@ -94,6 +101,7 @@ def carry_over(prepared: Path, former: Former, now: float) -> tuple[str, ...]:
         gone = erase_again(store)
         links = _take_back(store, former, now)
         states.renumber_all(store, former.last_state)
+        _add_arrivals(store, former)
         seal(store, damaged)
         store.execute("COMMIT")
         if gone.surveys or gone.lots:
@@ -105,6 +113,14 @@ def carry_over(prepared: Path, former: Former, now: float) -> tuple[str, ...]:
         words = "they were taken back after the backup, or the store before did not know them. Make new ones"
         notes.append(f"Links taken back: {links}; {words}")
     return tuple(notes)
+
+
+def _add_arrivals(store: sqlite3.Connection, former: Former) -> None:
+    """Add what has come since the backup: whose number is greater than that of the last arrival in it."""
+    last = store.execute("SELECT coalesce(max(seq), 0) FROM arrival").fetchone()[0]
+    marks = ", ".join("?" * len(ARRIVAL.c))
+    later = [row for row in former.arrivals if cast("int", row[0]) > last]
+    store.executemany(f"INSERT INTO arrival ({_ARRIVAL}) VALUES ({marks})", later)  # noqa: S608 - our own words
 
 
 def _take_back(store: sqlite3.Connection, former: Former, now: float) -> int:

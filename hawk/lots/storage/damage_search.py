@@ -92,7 +92,7 @@ class DamageSearch:
         try:
             return store.execute(_AFTER, (*self._at, _AT_ONCE)).fetchall()
         except (sqlite3.OperationalError, UnicodeError) as error:  # text that is none
-            raise sqlite3.DatabaseError(f"the digests cannot be read: {error}") from error
+            raise sqlite3.DatabaseError(f"{error}: the digests cannot be read") from error
 
     def _unknown(self, store: sqlite3.Connection, is_over: Callable[[], bool]) -> bool:
         """Find the parts that have no digest."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import re
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ from hawk.lots.values import LotStoreError, NotFoundError, Placed, journal_of
 
 _LOT_TABLES: Final = ("former", "label", "zone", "section", "dropped", "pin", "plan", "share", "lot_document")
 """Tables whose column ``lot`` is the lot's id."""
+_ID: Final = re.compile(r"[0-9a-f]{8}-[0-9a-f-]{27}")
 _IN_USE: Final = "is used by another program: end it, and erase again"
 _AGAIN: Final = (
     "The file may still hold bytes of rows that are erased: erase again. The answer that there is no such lot or "
@@ -195,6 +197,7 @@ def _forget(store: sqlite3.Connection, rows: Mapping[str, set[int]], texts: Sequ
     for seq, body in store.execute("SELECT seq, body FROM outbox").fetchall():
         if any(text in body for text in texts):
             store.execute("DELETE FROM outbox WHERE seq = ?", (seq,))
+    _forget_arrivals(store, frozenset(texts))
     for seq, body in store.execute("SELECT seq, body FROM change").fetchall():
         groups = _groups(body)
         gone = [group for group in groups or () if _is_of(group, rows)]
@@ -204,6 +207,13 @@ def _forget(store: sqlite3.Connection, rows: Mapping[str, set[int]], texts: Sequ
         elif gone:
             kept = packed(group for group in groups or () if group not in gone)
             store.execute("UPDATE change SET body = ? WHERE seq = ?", (kept, seq))
+
+
+def _forget_arrivals(store: sqlite3.Connection, texts: frozenset[str]) -> None:
+    """Remove arrivals that are about one of some texts, or whose reason names one of these ids."""
+    for seq, name, lot, reason in store.execute("SELECT seq, name, lot, reason FROM arrival").fetchall():
+        if not texts.isdisjoint((name, lot, *_ID.findall(reason))):
+            store.execute("DELETE FROM arrival WHERE seq = ?", (seq,))
 
 
 def _groups(body: str) -> tuple[Group, ...] | None:

@@ -71,6 +71,8 @@ BUSY: Final = "The store of lots is busy: ask again in some seconds."
 NO_LOTS: Final = "There is no store of lots here."
 ANYTHING: Final = "*"
 """In ``If-None-Match``: whatever there is; whether there is something is read."""
+REASON: Final = web.ResponseKey("reason", str)
+"""Words of a problem, for a log of those that sent it."""
 CACHING: Final = "private, no-cache"
 """A browser keeps the answer, and asks each time whether it is still right."""
 
@@ -289,6 +291,7 @@ def problem(
     """Return a problem: ``detail`` says what is wrong and the remedy, ``named`` is the field that is meant."""
     response = web.Response(status=status, body=_problem(status, detail, named, more), content_type=PROBLEM)
     response.headers[hdrs.CACHE_CONTROL] = "no-store"
+    response[REASON] = f"{named}: {detail}" if named else detail
     return response
 
 

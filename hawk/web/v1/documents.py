@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import math
 import re
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
@@ -18,7 +19,7 @@ from hawk.lots.documents.parts import LARGEST_BYTES
 from hawk.lots.store import FILE_S, LotStore
 from hawk.runtime.late import late
 from hawk.web.access.access import access_of
-from hawk.web.access.guesses import is_loopback_peer
+from hawk.web.access.guesses import TokenGuesses, is_loopback_peer
 from hawk.web.access.proxied import forwarding_header, is_secure
 from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
@@ -53,10 +54,14 @@ NOT_HERE: Final = "No surveys are collected here: start hawk-drone desk --collec
 ONE_AT_A_TIME: Final = "Another document or file is being sent: send this one after it."
 READ_S: Final = 900.0
 """Real seconds in which a document must be there: 1 MB at 10 kbit a second."""
+REFUSED: Final = web.AppKey("refused_arrivals", TokenGuesses)
+"""Documents, files and requests of each drone that were refused for what they are; each makes the next one wait."""
 MOST_SENT: Final = 8
 """Documents and files that are received at once; a document takes 32 MB of memory at most."""
 _READ: Final = re.compile(f"{ROOT}/lots(/.*)?")
-_WRITTEN: Final = re.compile(f"{ROOT}/((surveys|lots)/{PATTERNS['id']}/document|inbox/[^/]+)")
+_WRITTEN: Final = re.compile(
+    f"{ROOT}/(?:(?P<kind>survey|lot)s/(?P<id>{PATTERNS['id']})/document|inbox/(?P<file>[^/]+))"
+)
 
 
 @dataclass(slots=True)
@@ -72,13 +77,19 @@ _SENDERS: Final = web.AppKey("document_senders", _Senders)
 def prepare(app: web.Application) -> None:
     """Make room for the names of drones that send."""
     app[_SENDERS] = _Senders()
+    app[REFUSED] = TokenGuesses(app[SERVICES].monotonic)
 
 
 def is_for_drones(request: web.Request) -> bool:
     """Return True for an address that a drone's token opens."""
     if request.method in (hdrs.METH_GET, hdrs.METH_HEAD):
         return _READ.fullmatch(request.path) is not None and hdrs.UPGRADE not in request.headers
-    return request.method == hdrs.METH_PUT and _WRITTEN.fullmatch(request.path) is not None
+    return sent(request) is not None
+
+
+def sent(request: web.Request) -> re.Match[str] | None:
+    """Return the ``kind`` and ``id``, or the ``file``, of an address by which drones send; None for another one."""
+    return _WRITTEN.fullmatch(request.path) if request.method == hdrs.METH_PUT else None
 
 
 @answered
@@ -147,11 +158,14 @@ async def sending(request: web.Request, drone: str) -> AsyncIterator[None]:
 
 
 def checked_drone(request: web.Request) -> str:
-    """Return the name of the drone that sends. Raises HTTPForbidden."""
+    """Return the name of the drone that sends. Raises HTTPForbidden, HTTPTooManyRequests."""
     access = access_of(request)
     if access is None or not access.drone:
         raise web.HTTPForbidden(text=FOR_DRONES)
     is_near = is_loopback_peer(request.remote) and forwarding_header(request) is None
     if not is_secure(request) and not is_near:
         raise web.HTTPForbidden(text=BY_HTTPS)
+    if (wait := math.ceil(request.app[REFUSED].wait_s(access.drone))) > 0:
+        words = f"Too much that you sent was refused: wait {wait} s, then send the next."
+        raise web.HTTPTooManyRequests(text=words, headers={hdrs.RETRY_AFTER: str(wait)})
     return access.drone

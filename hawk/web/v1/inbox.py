@@ -18,8 +18,10 @@ from typing import Annotated, Final, TypeVar
 from aiohttp import web
 from pydantic import Field
 
+from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.store.inbox import FileWriter, InboxFolder, InboxFullError, NameTakenError, name_fault
 from hawk.web.services import SERVICES
+from hawk.web.v1 import arrivals
 from hawk.web.v1.answers import answered
 from hawk.web.v1.bodies import InboxFile
 from hawk.web.v1.changes import changed
@@ -70,10 +72,12 @@ async def put(request: web.Request) -> web.StreamResponse:
         incoming = await _on_disk(request, partial(folder.begin, flight or "", name, size))
         try:
             await _receive(request, incoming)
-            await _on_disk(request, incoming.finish)
+            is_new = await _on_disk(request, incoming.finish)
         finally:  # also of a lost connection; a file that is whole stays
             await asyncio.shield(_on_disk(request, incoming.drop))
     _LOG.info("%s sent %s to the inbox, %d bytes", sender, name, size)
+    outcome = Outcome.TAKEN if is_new else Outcome.KNOWN
+    await arrivals.note(request, Arrival(sender, ArrivalKind.FILE, arrivals.file_name(request), outcome))
     return changed(InboxFile(name=name, flight=flight, bytes=size))
 
 

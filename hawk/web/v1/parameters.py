@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 
 from hawk.exports.formats import VALID_S
 from hawk.formats.validation import wrong_values
+from hawk.lots.documents.arrival import OutcomeName
 from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.operations import LONGEST_ROW
 from hawk.lots.plan.values import ID
@@ -144,6 +145,17 @@ class Changes(Listed):
     """Changes that persons made."""
 
     lot: Annotated[Id | None, Field(description="changes of this lot alone")] = None
+
+
+class Arrivals(Listed):
+    """Arrivals from drones and programs."""
+
+    sender: Annotated[
+        str | None,
+        Field(max_length=LONGEST_NAME, description="name of the token; empty for what came without one that is known"),
+    ] = None  # fmt: skip
+    lot: Annotated[Id | None, Field(description="of this lot alone")] = None
+    outcome: Annotated[OutcomeName | None, Field(description="what became of it")] = None
 
 
 class Stalls(Listed):

@@ -16,6 +16,7 @@ from hawk.exports.text_files import survey_geojson, survey_map
 from hawk.lots import lists, queries, section_lists
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
+from hawk.lots.documents import arrival_log
 from hawk.lots.lists import Asked
 from hawk.lots.schema import SURVEY
 from hawk.lots.survey.pictures import PictureFolder
@@ -79,6 +80,12 @@ def lot(connection: Connection, asked: Request[Query]) -> Answer:
 def layouts(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return the versions of a lot's layout."""
     return _listed(lists.layouts(connection, asked.id, _part(asked.query)))
+
+
+def arrivals(connection: Connection, asked: Request[forms.Arrivals]) -> Answer:
+    """Return what came from drones and programs."""
+    query = asked.query
+    return _listed(arrival_log.listed(connection, _part(query), query.sender, query.lot, query.outcome))
 
 
 def stalls_of_layout(connection: Connection, asked: Request[forms.Listed]) -> Answer:

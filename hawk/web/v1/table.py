@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from hawk.exports.formats import CONTENT_TYPES
 from hawk.exports.formats import FEEDS as ALL_FEEDS
 from hawk.lots import answers as lots
+from hawk.lots.documents.arrival import ArrivalList
 from hawk.lots.documents.lot_document import LotDocument
 from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.plan import answers as plans
@@ -21,6 +22,7 @@ from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
 from hawk.web.v1 import (
+    arrivals,
     bodies,
     day_plan,
     documents,
@@ -274,6 +276,10 @@ _FEEDS: Final = (
               SURVEYS, exports.survey_whole, None, content_types=("image/webp",)),
     Operation("GET", "/surveys/{id}/ground/{row}/{column}", "survey_tile", "A tile of a survey's picture", SURVEYS,
               exports.survey_tile, None, content_types=("image/jpeg",)),
+    Operation("GET", "/documents", "arrivals", "Documents and files that drones and programs sent here, and what was "
+              "refused, the newest first", SURVEYS,
+              arrivals.for_operators(reader(parameters.Arrivals, reads.arrivals)), ArrivalList,
+              parameters.Arrivals, for_operators=True),
     Operation("PUT", "/surveys/{id}/document", "put_document", "Send a survey as a document, packed by gzip, to a desk "
               "that collects; an earlier state changes nothing", SURVEYS, documents.put, bodies.SurveyState,
               body=SurveyDocument, body_type=documents.GZIP, for_drones=True),

@@ -15,6 +15,8 @@ from hawk.cli import main
 from hawk.config.sections import StoreSettings
 from hawk.erasure.erasure import erase
 from hawk.lots import commands, lists, shares
+from hawk.lots.documents import arrival_log
+from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.lots.ingest import save
 from hawk.lots.schema import VERSION
 from hawk.lots.storage import erasure
@@ -52,6 +54,13 @@ class Kept:
             commands.rename(connection, self.lot, NAME, "operator", BEGAN)
             commands.rename(connection, self.other, OTHER_NAME, "operator", BEGAN)
             shares.share(connection, self.lot, {"days": 3}, BEGAN)
+            for stored, lot in zip(saved, (self.lot, self.lot, self.other), strict=True):
+                words = f"survey.id: must be the id of the address, {stored.survey}"
+                for arrived in (
+                    Arrival("Drone 1", ArrivalKind.SURVEY, stored.survey, Outcome.TAKEN, lot, 1),
+                    Arrival("Drone 1", ArrivalKind.SURVEY, "a survey", Outcome.REFUSED, reason=words),
+                ):
+                    arrival_log.note(connection, arrived, BEGAN)
             self.stalls = [each["id"] for each in whole.stalls(connection, self.lot)]
         store.close()
         self.surveys = [each.survey for each in saved]
@@ -127,6 +136,7 @@ def test_of_a_lot_no_byte_is_left(kept: Kept) -> None:
     opened = Database(kept.folder / FILE)
     with opened.writing() as connection:
         assert [lot["name"] for lot in whole.lots(connection)] == [OTHER_NAME]
+        assert {each.lot for each in arrival_log.listed(connection, whole.ALL).items} == {kept.other, None}
         assert len(whole.stalls(connection, kept.other)) == 40
         save(connection, later(survey(), 9))
     opened.close()

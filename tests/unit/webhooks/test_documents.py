@@ -198,6 +198,27 @@ async def test_a_desk_that_takes_nothing_now_counts_against_no_survey(line: Line
 
 
 @pytest.mark.slow
+async def test_a_desk_that_slows_a_drone_after_refusals_is_there(line: Line) -> None:
+    for number in range(8):
+        line.drone.add(later(survey(seed=number), number + 1, 24.0 * number))
+    statuses: list[int] = []
+
+    async def refuse(_: web.Request) -> web.Response:
+        statuses.append(422 if len(statuses) % 2 else 429)
+        return web.Response(status=statuses[-1])
+
+    desk = web.Application()
+    desk.router.add_route("PUT", "/{path:.*}", refuse)
+    server = TestServer(desk)
+    await server.start_server()
+    async with running(line.sender(str(server.make_url("/")))):
+        await until(lambda: len(statuses) > 14, 20)
+    await server.close()
+    assert statuses.count(422) >= 7
+    assert line.said == []
+
+
+@pytest.mark.slow
 async def test_a_survey_that_the_desk_refuses_holds_up_no_other_one(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(3)]
     theirs = parts.packed(line.drone.document(stored[1]))

@@ -25,6 +25,12 @@ export interface AboutSurvey {
   stalls_blurred: number | null;
 }
 
+/** Part of the list of arrivals. */
+export interface ArrivalList {
+  next: string | null;
+  items: ListedArrival[];
+}
+
 /** Stalls of any of the ``rows``, of any of the ``zones`` and of any of the ``kinds``, or ``sections``; none named: all stalls. */
 export interface Asked {
   weekdays: ("Monday" | "Tuesday" | "Wednesday" | "Thursday" | "Friday" | "Saturday" | "Sunday")[];
@@ -422,6 +428,20 @@ export interface LeftOut {
 export interface LeftOutFeature {
   name: string;
   reason: string;
+}
+
+/** Arrival from a drone or a program. `name`: id of the survey or lot, name of the file, method and path of another request; empty for what was erased. */
+export interface ListedArrival {
+  seq: number;
+  at: string;
+  sender: string;
+  kind: "survey" | "lot" | "file" | "other";
+  name: string;
+  lot: string | null;
+  state: number | null;
+  outcome: "taken" | "known" | "older" | "waits" | "refused";
+  reason: string;
+  times: number;
 }
 
 /** A link to a lot, without its token. `open`: it opens the lot now. */

@@ -216,7 +216,7 @@ describe("lots over time", () => {
   });
 
   it("asks first for the part in which the view is", () => {
-    const parts = { fly: ["", `#/fly/${LOT}`, "#/unknown"], maps: ["#secret", `#/lots/${LOT}/${ONE}`, `#/compare/${LOT}`, `#/lots/${LOT}?show=stalls`, "#/recordings/one/20260504T101500Z.mcap"], figures: [`#/report/${LOT}`, `#secret/report/${LOT}`, "#/recordings", `#/lots/${LOT}?show=links`] };
+    const parts = { fly: ["", `#/fly/${LOT}`, "#/unknown"], maps: ["#secret", `#/lots/${LOT}/${ONE}`, `#/compare/${LOT}`, `#/lots/${LOT}?show=stalls`, "#/recordings/one/20260504T101500Z.mcap"], figures: [`#/report/${LOT}`, `#secret/report/${LOT}`, "#/recordings", `#/lots/${LOT}?show=links`, `#/lots/${LOT}?show=arrivals`] };
     for (const [part, addresses] of Object.entries(parts)) for (const address of addresses) assert.equal(firstPart(address), part, address);
   });
 

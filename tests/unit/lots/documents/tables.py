@@ -1,4 +1,7 @@
-"""Tables of a centre as values by ids alone: keys and numbers are of a store, and follow the order of arrival."""
+"""Tables of a centre as values by ids alone: keys and numbers are of a store, and follow the order of arrival.
+
+The log of arrivals is left out: it is that order, with each document that came twice.
+"""
 
 from __future__ import annotations
 

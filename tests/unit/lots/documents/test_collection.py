@@ -14,6 +14,7 @@ from sqlalchemy import select
 
 from hawk.lots import commands
 from hawk.lots.documents import parts, survey_document
+from hawk.lots.documents.arrival import Outcome
 from hawk.lots.schema import ERASED, SECTION_LOOK, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erased_id
@@ -132,7 +133,8 @@ def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Dron
     answers = [collected(centre, data) for data in drone.sent[:6]]
     before = shown(centre)
     last = drone.sent[5]
-    assert collected(centre, last) == answers[-1]
+    assert [each.outcome for each in answers] == [Outcome.TAKEN] * 6
+    assert collected(centre, last) == replace(answers[-1], outcome=Outcome.KNOWN)
     assert shown(centre) == before
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 from hawk.lots.documents import parts, survey_document
 from hawk.lots.values import LotInputError
@@ -92,6 +93,39 @@ def test_a_document_that_unpacks_to_gigabytes_is_refused_and_not_unpacked(monkey
 def test_a_document_that_is_too_large_is_refused_before_it_is_unpacked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parts, "LARGEST_BYTES", 2_000_000)
     assert refusal(b"\0" * 2_000_001) == "document: is too large: 2 MB are read at most"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        ("stalls", [0] * 3000, "document: is too large: 3,000 values, and 500 lists and objects, are read at most"),
+        ("stalls", [{}] * 500, "document: is too large"),
+        ("survey/outline/polygons", [[]] * 500, "document: is too large"),
+        ("survey", {"outline": [{}] * 200}, "survey.id: is missing: write it"),
+        ("survey/place", {"north": [0] * 2000}, "survey.place.east: is missing: write it"),
+        ("survey/more", {str(number): 0 for number in range(2000)}, "survey.more: is not known here"),
+        ("lots/0/stalls/1", {"id": [0] * 2000}, "lots[0].stalls[1].label: is missing: write it"),
+    ],
+)
+@pytest.mark.fault(
+    "a document of some kilobytes would take gigabytes while it is read",
+    "refused before pydantic reads it; the bytes are counted, and the names looked at",
+)
+def test_a_document_that_would_take_gigabytes_is_refused_before_it_is_read(
+    monkeypatch: pytest.MonkeyPatch, path: str, value: object, words: str
+) -> None:
+    monkeypatch.setattr(parts, "MOST_VALUES", 3000)
+    monkeypatch.setattr(parts, "MOST_GROUPS", 500)
+    monkeypatch.setattr(survey_document.SurveyDocument, "model_validate_json", None)
+    assert refusal(sent(changed(path, value))).startswith(words)
+
+
+@pytest.mark.parametrize("path", ["survey/candidates", "survey/outline/polygons", "stalls", "lots/0/layouts", "mosaic"])
+def test_of_a_list_of_wrong_values_the_first_one_is_refused_alone(path: str) -> None:
+    content = json.dumps(changed(path, [7] * 50))
+    with pytest.raises(ValidationError) as refused:
+        survey_document.SurveyDocument.model_validate_json(content, strict=True)
+    assert refused.value.error_count() == 1
 
 
 def test_two_documents_behind_each_other_are_none() -> None:

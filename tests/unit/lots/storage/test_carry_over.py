@@ -10,10 +10,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sqlalchemy import select, update
+from sqlalchemy import Connection, select, update
 
 from hawk.cli import main
 from hawk.lots import commands, shares
+from hawk.lots.documents import arrival_log
+from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.lots.ingest import save
 from hawk.lots.schema import SHARE, SURVEY
 from hawk.lots.storage.backup import restore
@@ -108,6 +110,24 @@ def test_a_link_that_was_taken_back_stays_so(kept: Kept, capsys: pytest.CaptureF
     assert kept.opened_by() == [False, True]
     said = capsys.readouterr().out
     assert "Links taken back: 0" not in said
+
+
+def test_what_came_since_the_backup_stays_in_the_log_of_arrivals(kept: Kept) -> None:
+    def came(name: str) -> Callable[[Connection], None]:
+        arrived = Arrival("Drone 1", ArrivalKind.SURVEY, name, Outcome.REFUSED, reason="no document")
+        return lambda connection: arrival_log.note(connection, arrived, NOW)
+
+    kept.change(came("before"))
+    shutil.copy(kept.path, kept.copy)
+    for name in ("since", "last"):
+        kept.change(came(name))
+    restore(kept.path, kept.copy, NOW)
+    kept.change(came("after"))
+    store = Database(kept.path)
+    with store.reading() as connection:
+        found = [(each.seq, each.name) for each in arrival_log.listed(connection, whole.ALL).items]
+    store.close()
+    assert found == [(4, "after"), (3, "last"), (2, "since"), (1, "before")]
 
 
 def test_a_link_ends_no_later_than_before(kept: Kept) -> None:

@@ -8,13 +8,20 @@ from pathlib import Path
 import pytest
 
 from hawk.comm.protocol.authority import Role
+from hawk.daemon.desk import refuse
+from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.store import LotStore
 from hawk.model.day_plan import DayPlan, Forecast
+from hawk.web.access.tokens import TOKEN_FILE, rotate_drone
+from hawk.web.services import OperatorSide
+from tests.unit.lots.documents.drones import Drone
 from tests.unit.lots.plan.plans import drawn_lot
 from tests.unit.lots.repaints import by_place
+from tests.unit.lots.surveys import later, survey
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
 from tests.unit.web.v1.archive import Archive, Filled, fill
+from tests.unit.web.v1.centre import ONE, OTHER, Centre
 from tests.unit.web.v1.plans import Plans
 
 
@@ -57,5 +64,22 @@ async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
     await rig.start()
     lot = await store.write(lambda connection: drawn_lot(connection, 30))
     yield Plans(stand, store, await stand.tool(Role.OPERATOR), lot)
+    await stand.close()
+    await store.close()
+
+
+@pytest.fixture
+async def centre(tmp_path: Path, rig: Rig) -> AsyncIterator[Centre]:
+    store = rig.lots = LotStore(tmp_path / "centre" / "lots.db", find_stalls)
+    rig.collects, rig.folder = True, tmp_path
+    rig.side = OperatorSide.create(rig.clock, rig.operator, refuse)
+    stand = Stand(rig, tmp_path)
+    tokens = {name: rotate_drone(tmp_path / TOKEN_FILE, name) for name in (ONE, OTHER)}
+    await rig.start()
+    drone = Drone.at(tmp_path / "drone" / "lots.db")
+    drone.add(survey())
+    drone.add(later(survey(seed=2), 2))
+    yield Centre(stand, store, tmp_path, tokens, drone)
+    drone.store.close()
     await stand.close()
     await store.close()

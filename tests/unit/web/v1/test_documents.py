@@ -1,88 +1,26 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import aiohttp
 import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.comm.protocol.command_table import COMMAND_TABLE
-from hawk.daemon.desk import refuse
-from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.documents import lot_document, parts, source, survey_document
 from hawk.lots.documents.lot_document import LotDocument, plan_digest
 from hawk.lots.store import LotStore
 from hawk.lots.survey.pictures import pictures_of
-from hawk.lots.values import Placed
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone, rotate_drone
-from hawk.web.services import OperatorSide
 from hawk.web.v1.documents import FOR_DRONES_ALONE
 from hawk.web.v1.table import OPERATIONS
-from tests.unit.lots.documents.drones import Drone, tile
-from tests.unit.lots.surveys import later, survey
+from tests.unit.lots.documents.drones import tile
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
-
-ONE, OTHER = "Drone 1", "Drone 2"
-
-
-@dataclass
-class Centre:
-    """A desk that collects, with two drones, and what the first one has to send."""
-
-    stand: Stand
-    store: LotStore
-    folder: Path
-    tokens: dict[str, str]
-    drone: Drone
-
-    def url(self, path: str) -> str:
-        assert self.stand.rig.server is not None
-        return str(self.stand.rig.server.make_url(path))
-
-    def documents(self) -> list[survey_document.SurveyDocument]:
-        return [self.drone.document(each.survey.id, {(0, 0): tile()}) for each in self.drone.documents()]
-
-    @asynccontextmanager
-    async def tool(self, token: str) -> AsyncIterator[aiohttp.ClientSession]:
-        async with aiohttp.ClientSession(headers={"Authorization": f"Bearer {token}"}) as session:
-            yield session
-
-    async def put(self, data: bytes, named: str, token: str = "", **headers: str) -> tuple[int, Any]:
-        given = token or self.tokens[ONE]
-        async with (
-            self.tool(given) as session,
-            session.put(self.url(f"/api/v1/surveys/{named}/document"), data=data, headers=headers) as answer,
-        ):
-            text = await answer.text()
-            return answer.status, json.loads(text) if text else None
-
-    async def send(self, document: survey_document.SurveyDocument, token: str = "") -> tuple[int, Any]:
-        return await self.put(parts.packed(document), document.survey.id, token)
-
-
-@pytest.fixture
-async def centre(tmp_path: Path, rig: Rig) -> AsyncIterator[Centre]:
-    store = rig.lots = LotStore(tmp_path / "centre" / "lots.db", find_stalls)
-    rig.collects, rig.folder = True, tmp_path
-    rig.side = OperatorSide.create(rig.clock, rig.operator, refuse)
-    stand = Stand(rig, tmp_path)
-    tokens = {name: rotate_drone(tmp_path / TOKEN_FILE, name) for name in (ONE, OTHER)}
-    await rig.start()
-    drone = Drone.at(tmp_path / "drone" / "lots.db")
-    drone.add(survey())
-    drone.add(later(survey(seed=2), 2))
-    yield Centre(stand, store, tmp_path, tokens, drone)
-    drone.store.close()
-    await stand.close()
-    await store.close()
+from tests.unit.web.v1.centre import ONE, OTHER, Centre
 
 
 @pytest.mark.slow
@@ -110,19 +48,6 @@ async def test_a_survey_of_the_day_after_tomorrow_is_refused(centre: Centre) -> 
     status, problem = await centre.send(first.model_copy(update={"survey": late}))
     assert (status, problem["field"]) == (422, "survey.ended")
     assert "set the clock of drone and desk right" in problem["detail"]
-
-
-@pytest.mark.slow
-async def test_another_drones_survey_is_refused_and_changes_nothing(centre: Centre) -> None:
-    first, _ = centre.documents()
-    assert (await centre.send(first))[0] == 200
-    newer = first.model_copy(
-        update={"survey": first.survey.model_copy(update={"state": 10**6, "placed": Placed.DELETED})}
-    )
-    status, problem = await centre.send(newer, centre.tokens[OTHER])
-    assert (status, problem["field"]) == (403, "survey.id")
-    assert "another's" in problem["detail"]
-    assert (await centre.send(first))[1]["state"] == first.survey.state
 
 
 @pytest.mark.slow
@@ -317,14 +242,6 @@ async def test_a_token_that_was_removed_or_replaced_opens_nothing(centre: Centre
     assert (await centre.send(second, centre.tokens[OTHER]))[0] == 401
     assert (await centre.send(second, new))[0] == 200, "another token of the same drone writes its surveys on"
     assert (await centre.send(first, new))[0] == 200
-
-
-@pytest.mark.slow
-async def test_a_guessed_token_is_slowed(centre: Centre) -> None:
-    first, _ = centre.documents()
-    found = [(await centre.send(first, f"guess-number-{number}"))[0] for number in range(8)]
-    assert found[:5] == [401] * 5
-    assert 429 in found
 
 
 @pytest.mark.slow

@@ -1830,3 +1830,24 @@ all-lots-due = Survey due
 all-lots-due-since = since { $when }
 all-lots-never = never
 all-lots-free = { $free } free
+
+# Arrivals: what drones and programs have sent to a desk, and what became of it.
+arrivals = Arrivals
+arrivals-none = Nothing of this kind has come.
+arrivals-more = Show more
+arrivals-sender = From
+arrivals-outcome = Outcome
+arrivals-what = What
+arrivals-all = All
+arrivals-unknown = unknown sender
+arrivals-taken = Taken
+arrivals-known = Known already
+arrivals-older = Older than what is here
+arrivals-waits = Plan waits for you
+arrivals-refused = Refused
+# $times: number of refusals in a row
+arrivals-times = × { $times }
+arrivals-kind-survey = Survey
+arrivals-kind-lot = Lot
+arrivals-kind-file = File
+arrivals-kind-other = Request

@@ -1811,3 +1811,23 @@ all-lots-free =
         [one] { $free } libre
        *[other] { $free } libres
     }
+
+# Arrivées
+arrivals = Arrivées
+arrivals-none = Rien de tel n’est arrivé.
+arrivals-more = En montrer plus
+arrivals-sender = De
+arrivals-outcome = Résultat
+arrivals-what = Quoi
+arrivals-all = Tous
+arrivals-unknown = expéditeur inconnu
+arrivals-taken = Pris
+arrivals-known = Déjà connu
+arrivals-older = Plus ancien que ce qui est ici
+arrivals-waits = Le plan vous attend
+arrivals-refused = Refusé
+arrivals-times = × { $times }
+arrivals-kind-survey = Relevé
+arrivals-kind-lot = Parking
+arrivals-kind-file = Fichier
+arrivals-kind-other = Requête

@@ -1192,4 +1192,22 @@ export interface Messages {
   "all-lots-due-since": { when: string | number };
   "all-lots-never": Record<string, never>;
   "all-lots-free": { free: string | number };
+  "arrivals": Record<string, never>;
+  "arrivals-none": Record<string, never>;
+  "arrivals-more": Record<string, never>;
+  "arrivals-sender": Record<string, never>;
+  "arrivals-outcome": Record<string, never>;
+  "arrivals-what": Record<string, never>;
+  "arrivals-all": Record<string, never>;
+  "arrivals-unknown": Record<string, never>;
+  "arrivals-taken": Record<string, never>;
+  "arrivals-known": Record<string, never>;
+  "arrivals-older": Record<string, never>;
+  "arrivals-waits": Record<string, never>;
+  "arrivals-refused": Record<string, never>;
+  "arrivals-times": { times: string | number };
+  "arrivals-kind-survey": Record<string, never>;
+  "arrivals-kind-lot": Record<string, never>;
+  "arrivals-kind-file": Record<string, never>;
+  "arrivals-kind-other": Record<string, never>;
 }

@@ -1,5 +1,6 @@
 /** The views of lots without a map: it is not read for them. */
 export * from "./shared.ts";
+import "../views/arrivals-view.ts";
 import "../views/ask-view.ts";
 import "../views/document-view.ts";
 import "../views/links-view.ts";

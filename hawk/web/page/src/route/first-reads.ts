@@ -16,7 +16,7 @@ function read(hash: string): { token: string; view: string; lot: string; ids: st
 export function firstPart(hash: string): PartName {
   const { view, isAsking, ids } = read(hash);
   if (view === "") return "fly";
-  const isPlain = view === "report" || (view === "recordings" && !hash.includes(".mcap")) || (isAsking && ids.length === 0 && /[?&]show=(document|links)/.test(hash));
+  const isPlain = view === "report" || (view === "recordings" && !hash.includes(".mcap")) || (isAsking && ids.length === 0 && /[?&]show=(document|links|arrivals)/.test(hash));
   return isPlain ? "figures" : "maps";
 }
 

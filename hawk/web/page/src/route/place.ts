@@ -1,7 +1,7 @@
 export const VIEWS = ["fly", "lots", "compare", "report", "recordings"] as const;
 export type ViewName = (typeof VIEWS)[number];
 export const BY = ["swipe", "fade", "side"] as const;
-export const SHOWN = ["stalls", "document", "links", "all"] as const;
+export const SHOWN = ["stalls", "document", "links", "all", "arrivals"] as const;
 
 /** What the page shows, as it stands behind the address's "#": a link leads there, and "back" goes back. */
 export interface Place {

@@ -37,7 +37,7 @@ export class LateViews {
 }
 
 function partOf({ view, show, recording }: Place): PartName {
-  const isPlain = view === "recordings" ? recording === "" : view === "report" || show === "document" || show === "links";
+  const isPlain = view === "recordings" ? recording === "" : view === "report" || show === "document" || show === "links" || show === "arrivals";
   return isPlain ? "figures" : "maps";
 }
 

@@ -6,6 +6,7 @@ import type { Route } from "../route/route.ts";
 import type { Operator } from "../state/operator.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
 import { say } from "../words/say.ts";
+import { droneOf } from "./all-lots.ts";
 import { LotSource } from "./link.ts";
 import { wordsOf } from "./view.ts";
 
@@ -29,8 +30,8 @@ interface Notice {
   name?: string;
 }
 
-const PARTS = ["all", "", "stalls", "links"] as const;
-const NAMES = { all: "all-lots", "": "archive-surveys", stalls: "archive-stalls", links: "archive-links" } as const;
+const PARTS = ["all", "", "stalls", "links", "arrivals"] as const;
+const NAMES = { all: "all-lots", "": "archive-surveys", stalls: "archive-stalls", links: "archive-links", arrivals: "arrivals" } as const;
 
 /** The views of lots over time: surveys by date, compared, asked about, stall by stall, on paper; and the recordings. Each is there with its part of the page. */
 @customElement("hawk-views")
@@ -78,8 +79,9 @@ export class LotViews extends LitElement {
   }
 
   private parts(place: Place): TemplateResult {
-    const isAlone = (this.access.lots?.length ?? 0) < 2;
-    const parts = PARTS.filter((part) => (part !== "links" || this.access.token === null) && (part !== "all" || !isAlone));
+    const { lots, token, mayChange } = this.access;
+    const hidden = { all: (lots?.length ?? 0) < 2, "": false, stalls: false, links: token !== null, arrivals: token !== null || !mayChange || !lots?.some((lot) => droneOf(lot) !== "") };
+    const parts = PARTS.filter((part) => !hidden[part]);
     return html`<nav aria-label=${say("archive-view-parts")}>${parts.map(
       (part) => html`<button aria-current=${part === place.show ? "page" : "false"} @click=${() => this.route.go({ show: part })}>${say(NAMES[part])}</button>`,
     )}</nav>`;
@@ -92,6 +94,7 @@ export class LotViews extends LitElement {
     if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots?.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
     if (!isShared && place.lot === "") return this.withoutLot();
     if (!isShared && place.view === "lots" && place.show === "all") return html`<archive-all-lots .lots=${this.access.lots ?? []} .spoken=${this.spoken} .theme=${document.documentElement.dataset.theme ?? ""}></archive-all-lots>`;
+    if (!isShared && place.view === "lots" && place.show === "arrivals") return html`<archive-arrivals .lots=${this.access.lots ?? []} .revision=${revision}></archive-arrivals>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
     if (place.show === "document") return html`<archive-document .source=${source} .place=${place} .revision=${revision}></archive-document>`;
