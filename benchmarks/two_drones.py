@@ -18,6 +18,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -210,6 +211,10 @@ def line(one: OneLot) -> str:
     return f"{one.name}: {one.same} of {one.both} stalls, {one.wrong} wrong, {one.left} left{proposed}{doubts}"
 
 
+def _look(eye: StillEye, lot: DrawnLot, visit: Visit) -> Look:
+    return eye.look(lot.world(visit), visit)
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Survey all lots, print a line each and a table of all; return 1 when a figure lies outside its limits."""
     parser = make_parser("benchmarks.two_drones", __doc__, model=True)
@@ -219,13 +224,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     eye = StillEye(StallNetwork.load(options.model))
     found = []
     for seed in options.seeds:
-        lot = DrawnLot(seed)
-        found.append(
-            survey_lot(
-                lot.name, both_visits(seed), lambda visit, lot=lot: eye.look(lot.world(visit), visit),
-                is_into_second=seed % 2 == 0,
-            )
-        )  # fmt: skip
+        look = partial(_look, eye, DrawnLot(seed))
+        found.append(survey_lot(f"seed {seed}", both_visits(seed), look, is_into_second=seed % 2 == 0))
         print(line(found[-1]), file=sys.stderr, flush=True)
     return print_and_write([Section("two drones over one lot", figures(found))], options.json)
 
