@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
 
+from hawk.exports.lot_places import lot_places
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson, survey_map
 from hawk.lots import lists, queries, section_lists
@@ -70,6 +71,11 @@ def _period(connection: Connection, asked: Request[P]) -> Period:
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
     return _listed(lists.lots(connection, _part(asked.query), asked.due))
+
+
+def places_of_lots(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return every lot as the page's map and table of them show it."""
+    return Answer(lot_places(connection, asked.due))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:

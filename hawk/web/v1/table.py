@@ -154,6 +154,8 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
 _READS: Final = (
     _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, lots.LotList, parameters.Listed,
           is_timed=True),
+    _read("/lots/places", "lot_places", "All lots with their places, as the page shows them", LOTS,
+          reads.places_of_lots, shapes.LotPlaces, is_timed=True),
     _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, lots.Lot, is_timed=True),
     _read("/lots/{id}/layouts", "layouts", "Versions of a lot's layout, the first one first", LOTS, reads.layouts,
           lots.LayoutList, parameters.Listed),

@@ -160,7 +160,7 @@ function paint(context: CanvasRenderingContext2D, sight: Sight, groups: readonly
   const used = new Set<string>();
   for (const { group: [mark, ...others], pixel: [x, y] } of shown) {
     if (others.length > 0) continue;
-    const text = `${mark.name} · ${mark.words}`;
+    const text = `${mark.name} · ${mark.words()}`;
     const cells = cellsOf(x, y, context.measureText(text).width);
     if (cells.some((cell) => used.has(cell))) continue; // the table names it
     for (const cell of cells) used.add(cell);

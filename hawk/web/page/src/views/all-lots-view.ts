@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
-import type { ListedLot } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
+import type { LotPlace } from "../link/lot-places.ts";
 import { showScale } from "../map/geometry.ts";
 import { LotsMap } from "../map/lots-map.ts";
 import type { Place } from "../route/place.ts";
@@ -9,7 +9,7 @@ import { icon } from "../ui/icons.ts";
 import { timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { droneOf, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
+import { droneOf, firstLots, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
 
 const ZOOM = 1.6;
 /** Number of lots that are listed first: a person searches among more. */
@@ -19,7 +19,7 @@ const ORDERS: readonly LotOrder[] = ["name", "free", "seen", "due", "drone"];
 /** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
 @customElement("archive-all-lots")
 export class AllLotsView extends LitElement {
-  @property({ attribute: false }) lots: readonly ListedLot[] = [];
+  @property({ attribute: false }) lots: readonly LotPlace[] = [];
   /** Redraws the view in another language. */
   @property() spoken = "";
   /** Another one where the theme is another one. */
@@ -31,7 +31,7 @@ export class AllLotsView extends LitElement {
   @state() private metres = "";
   @query(".ol") private holder!: HTMLElement | null;
   private map: LotsMap | null = null;
-  private found: readonly ListedLot[] = [];
+  private found: readonly LotPlace[] = [];
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -44,12 +44,12 @@ export class AllLotsView extends LitElement {
   }
 
   override willUpdate(changed: PropertyValues): void {
-    if (["lots", "wanted", "order", "spoken"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted, this.order);
+    if (["lots", "wanted"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted);
   }
 
   override render(): TemplateResult {
     const { found } = this;
-    const listed = found.slice(0, this.most);
+    const listed = firstLots(found, this.order, this.most);
     return html`<section class="map lots" aria-label=${say("map")}>
         <div class="ol" tabindex="0" role="application" aria-label=${say("all-lots-map", { lots: found.length })}></div>
         <div class="tools"><div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
@@ -70,25 +70,25 @@ export class AllLotsView extends LitElement {
   override updated(changed: PropertyValues): void {
     if (this.holder === null) return;
     const isNew = this.map === null;
-    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.moved());
+    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.drawn());
     if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour(this.holder);
     if (isNew || ["lots", "wanted", "spoken"].some((name) => changed.has(name))) this.mark(this.map);
     this.moved();
   }
 
   private mark(map: LotsMap): void {
-    const [first] = this.lots.flatMap(({ last_survey: last }) => (last ? [last.datum] : []));
+    const [first] = this.lots;
     if (!first) return;
-    const [Latitude, Longitude] = first;
-    const words = (lot: ListedLot): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
-    map.show(marksOf(lotsFound(this.lots, this.wanted, "name"), new LocalPlane({ Latitude, Longitude }), words));
+    const [Latitude, Longitude] = first.place;
+    const words = (lot: LotPlace): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
+    map.show(marksOf(this.found, new LocalPlane({ Latitude, Longitude }), words));
   }
 
   private tool(label: string, name: "plus" | "minus" | "whole", run: () => void): TemplateResult {
     return html`<button aria-label=${label} title=${label} @click=${run}>${icon(name)}</button>`;
   }
 
-  private table(lots: readonly ListedLot[]): TemplateResult {
+  private table(lots: readonly LotPlace[]): TemplateResult {
     const heads = ["archive-lot", "archive-free", "archive-taken", "archive-unknown", "all-lots-stalls", "all-lots-surveys", "all-lots-seen", "all-lots-drone", "all-lots-due"] as const;
     const cell = (column: (typeof heads)[number], value: string): TemplateResult => html`<td data-column=${say(column)}>${value}</td>`;
     return html`<div class="wide" tabindex="0" role="region" aria-label=${say("all-lots")}><table class="cards">
@@ -103,6 +103,12 @@ export class AllLotsView extends LitElement {
           ${cell("all-lots-drone", droneOf(lot) || "–")}${cell("all-lots-due", lot.due !== null && Date.parse(lot.due) <= Date.now() ? say("all-lots-due-since", { when: due }) : due)}</tr>`;
       })}</tbody>
     </table></div>`;
+  }
+
+  /** The map stands still, with its pins where there are lots. */
+  private drawn(): void {
+    if (this.lots.length > 0) this.dataset.drawn = "all";
+    this.moved();
   }
 
   private moved(): void {

@@ -1,6 +1,6 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import type { ListedLot } from "../api.ts";
+import type { LotPlace } from "../link/lot-places.ts";
 import type { Place } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
 import type { Operator } from "../state/operator.ts";
@@ -13,7 +13,7 @@ import { wordsOf } from "./view.ts";
 /** What the views show: the person's lots, or the lot of a link. */
 export interface LotAccess {
   /** Null until they are read. */
-  lots: readonly ListedLot[] | null;
+  lots: readonly LotPlace[] | null;
   /** Why they could not be read. */
   unlisted: string;
   /** Token of a shared link; null with a login. */
