@@ -14,6 +14,8 @@ import { droneOf, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
 const ZOOM = 1.6;
 /** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
+/** Number of lots of one report: `hawk.report.options.MOST_LOTS`. */
+const MOST_REPORTED = 50;
 const ORDERS: readonly LotOrder[] = ["name", "free", "seen", "due", "drone"];
 
 /** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
@@ -27,6 +29,8 @@ export class AllLotsView extends LitElement {
   @state() private wanted = "";
   @state() private order: LotOrder = "name";
   @state() private most = FIRST;
+  /** Lots that the map shows; null where the table has others, too. */
+  @state() private inSight: ReadonlySet<string> | null = null;
   /** Length of the scale in words. */
   @state() private metres = "";
   @query(".ol") private holder!: HTMLElement | null;
@@ -44,7 +48,7 @@ export class AllLotsView extends LitElement {
   }
 
   override willUpdate(changed: PropertyValues): void {
-    if (["lots", "wanted", "order", "spoken"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted, this.order);
+    if (["lots", "wanted", "order", "spoken", "inSight"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted, this.order).filter(({ id }) => this.inSight?.has(id) ?? true);
   }
 
   override render(): TemplateResult {
@@ -60,6 +64,8 @@ export class AllLotsView extends LitElement {
         <div class="fields">
           <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
           <label>${say("all-lots-order")}<select @change=${(event: Event) => (this.order = (event.target as HTMLSelectElement).value as LotOrder)}>${ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
+          <label class="toggle"><input type="checkbox" .checked=${this.inSight !== null} @change=${(event: Event) => this.look((event.target as HTMLInputElement).checked)} />${say("all-lots-in-sight")}</label>
+          <button ?disabled=${found.length === 0 || found.length > MOST_REPORTED} title=${found.length > MOST_REPORTED ? say("all-lots-report-most", { lots: MOST_REPORTED }) : ""} @click=${() => this.report()}>${icon("download")}${say("all-lots-report", { lots: found.length })}</button>
           <span class="sub" role="status">${say("all-lots-found", { lots: found.length, all: this.lots.length })}</span>
         </div>
         ${listed.length === 0 ? nothing : this.table(listed)}
@@ -106,12 +112,28 @@ export class AllLotsView extends LitElement {
   }
 
   private moved(): void {
+    if (this.inSight !== null) this.look(true);
     if (this.map) this.metres = format.scaleLength(showScale(this, this.map.resolution), "metres");
+  }
+
+  /** Lists those lots alone that the map shows, or all that were found. */
+  private look(isInSight: boolean): void {
+    const found = isInSight && this.map ? this.map.inSight() : null;
+    const idsOf = (lots: ReadonlySet<string> | null): string => (lots === null ? "" : `of ${[...lots].join()}`);
+    if (idsOf(found) !== idsOf(this.inSight)) this.inSight = found;
+  }
+
+  /** Opens the report over the lots that were found, in their order. */
+  private report(): void {
+    this.go({ show: "document", lots: this.found.map(({ id }) => id) });
   }
 
   /** Opens the newest survey of a lot. */
   private open(lot: string): void {
-    const detail: Partial<Place> = { lot, survey: "", stall: "", section: "", show: "" };
+    this.go({ lot, survey: "", stall: "", section: "", show: "" });
+  }
+
+  private go(detail: Partial<Place>): void {
     this.dispatchEvent(new CustomEvent("archive-go", { detail, bubbles: true }));
   }
 }
