@@ -1,9 +1,12 @@
+import "./no-drawing.ts";
 import assert from "node:assert/strict";
 import { describe, it } from "node:test";
 import type { LotPlaces } from "../src/api.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
 import { type LotPlace, lotsOf } from "../src/link/lot-places.ts";
+import { AllLotsView } from "../src/views/all-lots-view.ts";
 import { firstLots, type LotOrder, lotsFound, marksOf, takenShare } from "../src/views/all-lots.ts";
+import { words } from "./stage.ts";
 
 type Last = NonNullable<LotPlace["last_survey"]>;
 
@@ -61,6 +64,25 @@ describe("all lots", () => {
   it("are as full as the stalls with a known state say", () => {
     assert.deepEqual(LOTS.map(takenShare), [0.25, 0.9, 0.5, null]);
     assert.equal(takenShare(lot("unclear", { free: 0, taken: 0, unknown: 12 })), null);
+  });
+
+  it("are reported as they were found, up to fifty", async () => {
+    const many = Array.from({ length: 51 }, (_, k) => lot(`Lot ${k}`, {}));
+    const view = Object.assign(new AllLotsView(), { lots: many });
+    const gone: unknown[] = [];
+    view.addEventListener("archive-go", (event) => gone.push((event as CustomEvent).detail));
+    document.body.replaceChildren(view);
+    await view.updateComplete;
+    const button = (): HTMLButtonElement => [...view.querySelectorAll("button")].find((each) => words(each).startsWith("Report of"))!;
+    assert.deepEqual([button().disabled, button().title], [true, "A report has 50 lots at most: search for fewer."]);
+    const search = view.querySelector<HTMLInputElement>("input[type=search]")!;
+    search.value = "lot 1";
+    search.dispatchEvent(new Event("input"));
+    await view.updateComplete;
+    assert.equal(words(button()), "Report of 14 lots");
+    button().click();
+    assert.deepEqual(gone, [{ show: "document", lots: [1, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 31, 41].map((k) => `Lot ${k}`) }]);
+    view.remove();
   });
 
   it("lie on the map in their places, also one that nobody flew over", () => {

@@ -14,6 +14,8 @@ import { droneOf, firstLots, type LotOrder, lotsFound, marksOf } from "./all-lot
 const ZOOM = 1.6;
 /** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
+/** Number of lots of one report: `hawk.report.options.MOST_LOTS`. */
+const MOST_REPORTED = 50;
 const ORDERS: readonly LotOrder[] = ["name", "free", "seen", "due", "drone"];
 
 /** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
@@ -27,6 +29,8 @@ export class AllLotsView extends LitElement {
   @state() private wanted = "";
   @state() private order: LotOrder = "name";
   @state() private most = FIRST;
+  /** Lots that the map shows; null where the table has others, too. */
+  @state() private inSight: ReadonlySet<string> | null = null;
   /** Length of the scale in words. */
   @state() private metres = "";
   @query(".ol") private holder!: HTMLElement | null;
@@ -49,7 +53,8 @@ export class AllLotsView extends LitElement {
 
   override render(): TemplateResult {
     const { found } = this;
-    const listed = firstLots(found, this.order, this.most);
+    const wanted = this.shown;
+    const listed = firstLots(wanted, this.order, this.most);
     return html`<section class="map lots" aria-label=${say("map")}>
         <div class="ol" tabindex="0" role="application" aria-label=${say("all-lots-map", { lots: found.length })}></div>
         <div class="tools"><div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
@@ -60,10 +65,12 @@ export class AllLotsView extends LitElement {
         <div class="fields">
           <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
           <label>${say("all-lots-order")}<select @change=${(event: Event) => (this.order = (event.target as HTMLSelectElement).value as LotOrder)}>${ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
-          <span class="sub" role="status">${say("all-lots-found", { lots: found.length, all: this.lots.length })}</span>
+          <label class="toggle"><input type="checkbox" .checked=${this.inSight !== null} @change=${(event: Event) => this.look((event.target as HTMLInputElement).checked)} />${say("all-lots-in-sight")}</label>
+          <button ?disabled=${wanted.length === 0 || wanted.length > MOST_REPORTED} title=${wanted.length > MOST_REPORTED ? say("all-lots-report-most", { lots: MOST_REPORTED }) : ""} @click=${() => this.report()}>${icon("download")}${say("all-lots-report", { lots: wanted.length })}</button>
+          <span class="sub" role="status">${say("all-lots-found", { lots: wanted.length, all: this.lots.length })}</span>
         </div>
         ${listed.length === 0 ? nothing : this.table(listed)}
-        ${found.length > listed.length ? html`<button @click=${() => (this.most += FIRST)}>${say("all-lots-more", { lots: Math.min(FIRST, found.length - listed.length) })}</button>` : nothing}
+        ${wanted.length > listed.length ? html`<button @click=${() => (this.most += FIRST)}>${say("all-lots-more", { lots: Math.min(FIRST, wanted.length - listed.length) })}</button>` : nothing}
       </div>`;
   }
 
@@ -112,12 +119,35 @@ export class AllLotsView extends LitElement {
   }
 
   private moved(): void {
+    if (this.inSight !== null) this.look(true);
     if (this.map) this.metres = format.scaleLength(showScale(this, this.map.resolution), "metres");
+  }
+
+  /** Lists those lots alone that the map shows, or all that were found. */
+  private look(isInSight: boolean): void {
+    const found = isInSight && this.map ? this.map.inSight() : null;
+    const idsOf = (lots: ReadonlySet<string> | null): string => (lots === null ? "" : `of ${[...lots].join()}`);
+    if (idsOf(found) !== idsOf(this.inSight)) this.inSight = found;
+  }
+
+  /** The lots that were found, those alone that the map shows where a person wants these. */
+  private get shown(): readonly LotPlace[] {
+    const { inSight } = this;
+    return inSight === null ? this.found : this.found.filter(({ id }) => inSight.has(id));
+  }
+
+  /** Opens the report over the lots of the table, in their order. */
+  private report(): void {
+    const lots = firstLots(this.shown, this.order, MOST_REPORTED).map(({ id }) => id);
+    this.go({ show: "document", lots });
   }
 
   /** Opens the newest survey of a lot. */
   private open(lot: string): void {
-    const detail: Partial<Place> = { lot, survey: "", stall: "", section: "", show: "" };
+    this.go({ lot, survey: "", stall: "", section: "", show: "" });
+  }
+
+  private go(detail: Partial<Place>): void {
     this.dispatchEvent(new CustomEvent("archive-go", { detail, bubbles: true }));
   }
 }

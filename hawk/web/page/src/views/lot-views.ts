@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
 import type { LotPlace } from "../link/lot-places.ts";
-import type { Place } from "../route/place.ts";
+import { isOfLots, type Place } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
 import type { Operator } from "../state/operator.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
@@ -75,7 +75,7 @@ export class LotViews extends LitElement {
   private head(place: Place): TemplateResult {
     const day = (end: "from" | "to"): TemplateResult => html`<label>${say(`archive-${end}`)}<input type="date" .value=${place[end]} @change=${(event: Event) => this.route.go({ [end]: (event.target as HTMLInputElement).value })} /></label>`;
     return html`<div class="head no-print">${this.parts(place)}
-      ${place.show === "stalls" ? html`<div class="fields">${day("from")} ${day("to")}</div>` : nothing}</div>`;
+      ${place.show === "stalls" || isOfLots(place) ? html`<div class="fields">${day("from")} ${day("to")}</div>` : nothing}</div>`;
   }
 
   private parts(place: Place): TemplateResult {
