@@ -19,9 +19,8 @@ from hawk.lots.time_zone import clock_of
 from hawk.lots.values import LotInputError
 from hawk.report.options import MOST_LOTS
 from hawk.report.values import Report
-from hawk.stats.totals import Total, total_of
 from hawk.stats.use_query import Asked
-from hawk.stats.values import NOTHING, Estimate
+from hawk.stats.values import NOTHING, Estimate, Total, total_of
 
 _PARTS: Final = (("row", "rows"), ("zone", "zones"), ("kind", "kinds"), ("section", "sections"))
 

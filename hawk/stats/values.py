@@ -1,10 +1,11 @@
-"""Values of the statistics: what surveys saw of a lot's stalls, groups of stalls, and figures with their intervals.
+"""Values of the statistics: what surveys saw of a lot's stalls, groups of stalls, figures with intervals, and totals.
 
 No vehicle is in them: a stall is free, taken or unknown at the moment of a survey.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from datetime import datetime, tzinfo
@@ -192,3 +193,31 @@ class Estimate:
 
 NOTHING: Final = Estimate(None, None, None, 0)
 """Figure of an hour that nobody flew."""
+
+
+@dataclass(frozen=True, slots=True)
+class Total:
+    """Sum of figures of several lots, null without any: ``alike`` as if all erred alike, which adds the ends of all;
+    ``apart`` as if each erred for itself, which adds the squares of their distances to the ends.
+
+    How the errors of lots go together is not measured: one network looks at all, and a dark day turns several alike.
+    The truth lies between the two, as for a city (`hawk.picture.lot_report`).
+    """
+
+    alike: Estimate
+    apart: Estimate
+
+
+def total_of(figures: Sequence[Estimate]) -> Total:
+    """Return the total of figures; one without a value is left out."""
+    known = [(each.value, each.low, each.high) for each in figures]
+    ends = [(value, low, high) for value, low, high in known if None not in (value, low, high)]
+    if not ends:
+        return Total(NOTHING, NOTHING)
+    values, lows, highs = ([float(each or 0.0) for each in column] for column in zip(*ends, strict=True))
+    value, surveys = sum(values), sum(each.surveys for each in figures)
+    below = math.hypot(*(value - low for value, low in zip(values, lows, strict=True)))
+    above = math.hypot(*(high - value for value, high in zip(values, highs, strict=True)))
+    return Total(
+        Estimate(value, sum(lows), sum(highs), surveys), Estimate(value, value - below, value + above, surveys)
+    )  # fmt: skip

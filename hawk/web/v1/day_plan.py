@@ -1,27 +1,46 @@
-"""The day's rounds by the settings' schedule and a forecast. They are proposed: this starts and changes nothing."""
+"""When surveys are due by the schedule, and the day's rounds by a forecast. This starts and changes nothing."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from http import HTTPStatus
 from itertools import pairwise
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from aiohttp import web
 
 from hawk.lots.answers import SpokenSentence
-from hawk.lots.values import LotInputError
+from hawk.lots.values import LotInputError, NotFoundError
 from hawk.model.day_plan import DayPlan, DayPlanError, Forecast, WeatherHour
 from hawk.model.sentences import parts_of, words_of
+from hawk.runtime.late import late_functions
 from hawk.web.services import SERVICES
 from hawk.web.v1 import bodies
-from hawk.web.v1.answers import NO_LOTS, Answer, answered, in_time, made
+from hawk.web.v1.answers import BUSY, NO_LOTS, Answer, answered, due_of, in_time, made, opened
 from hawk.web.v1.changes import Body, poster
-from hawk.web.v1.parameters import Query, query_of, validated
+from hawk.web.v1.parameters import Days, Query, query_of, validated
 from hawk.web.v1.refusals import RefusedError
+
+if TYPE_CHECKING:
+    from hawk.lots import known_lot
+else:
+    known_lot = late_functions("hawk.lots.known_lot")
 
 FOR_OPERATORS: Final = "A day is planned by operators: log in as operator."
 SLOW: Final = "The flights take too long to plan: ask again; give fewer lots the same time where this stays so."
+
+
+@answered
+async def due(request: web.Request) -> web.StreamResponse:
+    """The moments at which surveys of a lot are due; one that has come and is not flown is among them."""
+    query, lot = query_of(request, Days), request.match_info["id"]
+    async with in_time(BUSY):
+        store = await opened(request)
+        found = await store.read(lambda connection: known_lot.newest_survey(connection, lot))
+    if found is None:
+        raise NotFoundError("lot: there is no lot with this id; reload the list")
+    moments = due_of(request)(lot, *found, query.days)
+    return await made(request, lambda: Answer(bodies.DueList(items=moments)))
 
 
 @answered

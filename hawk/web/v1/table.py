@@ -26,7 +26,6 @@ from hawk.web.v1 import (
     bodies,
     day_plan,
     documents,
-    due,
     exports,
     films,
     inbox,
@@ -274,7 +273,7 @@ _RECORDINGS: Final = (
 )  # fmt: skip
 
 _FEEDS: Final = (
-    Operation("GET", "/lots/{id}/due", "due", "When surveys of a lot are due, by `[[schedule]]`", SURVEYS, due.listed,
+    Operation("GET", "/lots/{id}/due", "due", "When surveys of a lot are due, by `[[schedule]]`", SURVEYS, day_plan.due,
                bodies.DueList, parameters.Days),
     Operation("GET", "/day-plan", "due_rounds", "Rounds of the next 24 hours by `[[schedule]]`, without a forecast: no "
               "start is proposed; 409 in flight", SURVEYS, day_plan.listed, bodies.DayPlan),

@@ -3,8 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from hawk.stats.totals import total_of
-from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, Estimate
+from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, Estimate, total_of
 
 
 def held(*, is_common: bool) -> tuple[float, float]:
