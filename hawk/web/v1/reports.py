@@ -42,6 +42,7 @@ MOST_WAITING: Final = 4
 """Files that are written or wait; the next one is refused."""
 _BUSY: Final = "report: others are being written: ask again in a minute"
 _FLYING: Final = "cannot be written as this file in flight: take report.html now, or this once the motors are off"
+_LOTS_FLYING: Final = "over several lots is not made in flight: ask for one lot, or once the motors are off"
 _TOO_MUCH: Final = "takes more memory or time than it may: ask for a shorter period or fewer lots, or print report.html"
 FRAMED: Final = "SAMEORIGIN"
 """X-Frame-Options of the document: the page of this server shows it in a frame."""
@@ -71,7 +72,8 @@ def handler(kind: Kind, lot_of: LotOf | None = None) -> Handler:
 
     async def handle(request: web.Request) -> web.StreamResponse:
         asked = request_of(request, ReportQuery)
-        _check_ground(request, kind)
+        if kind != "html":
+            _check_ground(request, _FLYING)
         store = await opened(request)
         if lot_of is not None:
             asked = replace(asked, path={**asked.path, "id": await lot_of(store, request)})
@@ -92,7 +94,7 @@ def lots_handler(kind: Kind) -> Handler:
 
     async def handle(request: web.Request) -> web.StreamResponse:
         asked = request_of(request, LotsReportQuery)
-        _check_ground(request, kind)
+        _check_ground(request, _LOTS_FLYING)
         store = await opened(request)
         lots = await store.read(lambda connection: reads.lots_of_report(connection, asked))
         for lot in lots[:MOST_LOTS]:
@@ -107,10 +109,10 @@ def lots_handler(kind: Kind) -> Handler:
     return answered(handle)
 
 
-def _check_ground(request: web.Request, kind: Kind) -> None:
-    """Refuse a file that costs seconds of the processor in flight. Raises RefusedError."""
-    if kind != "html" and not is_on_ground(request.app[SERVICES].status.value):
-        raise RefusedError(web.HTTPConflict.status_code, "report", _FLYING)
+def _check_ground(request: web.Request, words: str) -> None:
+    """Refuse what costs many seconds of the processor in flight. Raises RefusedError with the words."""
+    if not is_on_ground(request.app[SERVICES].status.value):
+        raise RefusedError(web.HTTPConflict.status_code, "report", words)
 
 
 def _limits_of(lots: int) -> box.Limits:

@@ -189,7 +189,7 @@ _READS: Final = (
 _LOTS_REPORTS: Final = tuple(
     Operation(
         "GET", f"/report.{kind}", f"lots_report_{kind}",
-        f"Report over several lots as {called}{_REPORT_LIMITS[kind]}",
+        f"Report over several lots as {called}; 409 in flight",
         STATISTICS, reports.lots_handler(kind), None, parameters.LotsReportQuery,
         content_types=(REPORT_TYPES[kind].partition(";")[0],),
     )

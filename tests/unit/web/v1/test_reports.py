@@ -202,4 +202,7 @@ async def test_several_lots_are_one_file_or_all_where_none_is_named(
     assert refused.status == 422
     assert "a report is over 0 lots at most, and these are 1: ask for fewer" in (await refused.text())
     monkeypatch.setattr(reports, "is_on_ground", lambda _: False)
-    assert (await desk.get("/report.pdf")).status == 409
+    for kind in ("html", "pdf", "xlsx"):
+        refused = await desk.get(f"/report.{kind}")
+        assert refused.status == 409
+        assert "over several lots is not made in flight" in (await refused.text())
