@@ -101,7 +101,7 @@ async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
     with (folder / "desk.log").open("wb") as log:
         process = await asyncio.create_subprocess_exec(*command, stdout=log, stderr=log)
     try:
-        await _until_served(port)
+        await until_served(port)
         settings = CollectSettings(url=url, token_file=drone / "token")
         return await _sent(drone, settings, desk_target(url, token))
     finally:
@@ -109,7 +109,8 @@ async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
         await process.wait()
 
 
-async def _until_served(port: int) -> None:
+async def until_served(port: int) -> None:
+    """Wait until somebody serves a port of this computer. Raises TimeoutError."""
     async with asyncio.timeout(_LONGEST_S):
         while True:
             with contextlib.suppress(OSError):

@@ -1,5 +1,7 @@
 """Reads of a store with many lots: seconds until it is open, of the list of all lots, of all on a map, and of one lot.
 
+All on a map are the page's answer, encoded and packed, beside all of them as GeoJSON features with their outlines.
+
 ``python -m benchmarks.many_lots [--lots N] [--surveys N] [--stalls N] [--json FILE]``
 
 `benchmarks.many_lots_store` makes the store. Each figure stands beside that of the same rows with
@@ -14,24 +16,26 @@ import asyncio
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 import numpy as np
-from sqlalchemy import func, select
+from sqlalchemy import Connection, func, select
 
 from benchmarks import archive_calls
 from benchmarks.figures import Figure, Limit, Reference, Section, print_and_write
 from benchmarks.many_lots_store import FLOWN_OFTEN, fill
 from benchmarks.options import make_parser
 from hawk.exports import features
+from hawk.exports.lot_places import lot_places
 from hawk.lots import lists
 from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.store import LotStore
+from hawk.web.v1.answers import Answer, encoded
 
 STALLS: Final = 40
 REFERENCE: Final = 100
@@ -42,12 +46,17 @@ _WORDS: Final = {
     "first_s": "first lot, with the time zones of all",
     "list_s": "list of all lots",
     "list_part_s": "its slowest part of 100",
-    "map_s": "all lots on a map",
+    "map_s": "all lots on a map, packed",
+    "features_s": "all lots as GeoJSON features, packed",
     "lot_s": "one lot",
     "page_p99_s": "99 of 100 calls about one lot",
     "page_s": "its slowest call, in the middle",
 }
 _OF_ALL: Final = ("api: lots", "api: features")
+_OF_ALL_LOTS: Final[Mapping[str, Callable[[Connection, int], object]]] = {
+    "map_s": lambda connection, _: lot_places(connection),
+    "features_s": lambda connection, lots: features.lots(connection, features.Choice(limit=lots)).features,
+}
 _ROUNDS: Final = 4
 
 
@@ -86,8 +95,9 @@ def measure(path: Path, lots: int) -> Times:
             part = lists.lots(connection, lists.Asked(after=part.next))
             at = timed("list_part_s", at)
         at = timed("list_s", began)
-        features.lots(connection, features.Choice(limit=lots))
-        at = timed("map_s", at)
+        for key, read in _OF_ALL_LOTS.items():
+            encoded(Answer(read(connection, lots)), packs=True)
+            at = timed(key, at)
         lists.lot(connection, part.items[-1].id)
         timed("lot_s", at)
         first = connection.execute(select(SURVEY.c.lot).where(SURVEY.c.seq == 1)).one()
@@ -102,11 +112,12 @@ def measure(path: Path, lots: int) -> Times:
 
 
 def figures(times: Times, reference: Times) -> Section:
-    """Return the figures of a store beside those of one with fewer lots."""
-    few = f"{reference.lots} lots"
+    """Return the figures of a store beside those of one with fewer lots; of the map beside those of features."""
+    beside = {key: Reference(f"{reference.lots} lots", value) for key, value in reference.seconds.items()}
+    beside["map_s"] = Reference("as features", times.seconds["features_s"])
     each = [
         Figure(
-            key, words, times.seconds[key], "s", Reference(few, reference.seconds[key]),
+            key, words, times.seconds[key], "s", beside[key],
             Limit(highest=_LIMITS[key]) if key in _LIMITS else None,
         )
         for key, words in _WORDS.items()

@@ -36,6 +36,7 @@ from hawk.replay.commands import COMMAND as REPLAY
 from hawk.replay.commands import add_replay_command
 from hawk.report.commands import COMMAND as REPORT
 from hawk.report.commands import add_report_command
+from hawk.runtime.late import late_functions
 from hawk.runtime.process import READER_GONE, end_within, lose_readers, readers_are_gone
 from hawk.runtime.repeated_log import plain_lines
 from hawk.sim import launch as simulator
@@ -176,7 +177,7 @@ def make_parser() -> argparse.ArgumentParser:
     add_export_command(commands)
     add_import_command(commands)
     add_stats_command(commands)
-    add_report_command(commands)
+    add_report_command(commands, late_functions("hawk.daemon.lots.schedule").moments_due)
     add_erase_command(commands)
     add_version_commands(commands)
     return parser

@@ -17,9 +17,9 @@ from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.change_detection.proposals import proposals
 from hawk.lots.change_detection.takeover import take_over
 from hawk.lots.ingest import save
-from hawk.lots.schema import OBSERVATION, STALL
+from hawk.lots.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
-from hawk.lots.values import PLACED, Placed, Saved
+from hawk.lots.values import PLACED, FinishedSurvey, Placed, Saved
 from hawk.survey.accuracy import match
 from hawk.worlds.world import World
 
@@ -120,7 +120,7 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
                 again += 1
                 same += first_id[stall] == stored
             first_id.setdefault(stall, stored)
-        wrong += len(_wrong(one, world, owner, place))
+        wrong += len(wrong_ids(one, world, owner, place))
     doubts = tuple(
         f"{one.visit.number}: {one.saved.doubt or one.saved.placed.value}"
         for one in mine
@@ -129,8 +129,11 @@ def judged(name: str, surveys: list[Surveyed]) -> Judged:
     return Judged(name, len(mine), again, same, wrong, doubts, stayed, kept, changed, reported)
 
 
-def _wrong(one: Surveyed, world: int, owner: dict[str, int], place: dict[str, tuple[float, float]]) -> set[str]:
-    """Return the ids of a survey that were another true stall's, or were elsewhere; note those that are new."""
+def wrong_ids(one: Surveyed, world: int, owner: dict[str, int], place: dict[str, tuple[float, float]]) -> set[str]:
+    """Return the ids of a survey that were another true stall's, or were elsewhere; note those that are new.
+
+    ``world``: 1 for the lot next door, else 0.
+    """
     wrong = {
         stored for true, stored in one.ids.items() if owner.setdefault(stored, true * 2 + world) != true * 2 + world
     }
@@ -148,8 +151,8 @@ def _survey(
         former = lot.world(replace(visit, repaint=visit.repaint - 1))
         repainted = _taken_over(store, saved, look, former, world)
     with store.reading() as connection:
-        ids, begun = stored_ids(connection, saved, look), _begun(connection)
-        stored = _stored(connection, saved)
+        ids, begun = stored_ids(connection, saved.survey, look), _begun(connection)
+        stored = observed_ids(connection, saved.survey)
     lasting = {} if visit.is_next_door else lasting_ids(first, world)
     lasted = {true if each in begun else lasting.get(true, true): each for true, each in ids.items()}
     at = {stored[number]: place for number, place in look.at.items() if number in stored}
@@ -195,26 +198,29 @@ def _taken_over(store: Database, saved: Saved, look: Look, former: World, world:
     )
 
 
+def numbered(look: Look) -> FinishedSurvey:
+    """Return a survey whose looks have the stalls' numbers as times, by which `observed_ids` finds them."""
+    return replace(look.survey, stalls=tuple(replace(stall, looked_at=float(stall.id)) for stall in look.survey.stalls))
+
+
 def store_look(store: Database, look: Look) -> Saved:
-    """Store a survey; its looks have the stalls' numbers as times (`stored_ids`)."""
-    numbered = tuple(replace(stall, looked_at=float(stall.id)) for stall in look.survey.stalls)
+    """Store a survey, `numbered`."""
     with store.writing() as connection:
-        return save(connection, replace(look.survey, stalls=numbered), find_stalls)
+        return save(connection, numbered(look), find_stalls)
 
 
-def stored_ids(connection: Connection, saved: Saved, look: Look) -> dict[int, str]:
-    """Return the stored id of each true stall that the survey observed."""
-    stored = _stored(connection, saved)
+def stored_ids(connection: Connection, survey: str, look: Look) -> dict[int, str]:
+    """Return the stored id of each true stall that a survey observed, by the survey's id."""
+    stored = observed_ids(connection, survey)
     return {true: stored[number] for number, true in look.true.items() if number in stored}
 
 
-def _stored(connection: Connection, saved: Saved) -> dict[int, str]:
-    """Return the stored id of each stall that the survey observed: its looks have the stall's number as time."""
-    if saved.placed not in PLACED:
-        return {}
+def observed_ids(connection: Connection, survey: str) -> dict[int, str]:
+    """Return the stored id of each stall that a `numbered` survey observed, by its number there."""
     rows = connection.execute(
         select(OBSERVATION.c.looked_at, STALL.c.id)
         .join(STALL, STALL.c.key == OBSERVATION.c.stall)
-        .where(OBSERVATION.c.survey == saved.seq)
+        .join(SURVEY, SURVEY.c.seq == OBSERVATION.c.survey)
+        .where(SURVEY.c.id == survey)
     )
     return {round(looked): stall for looked, stall in rows}

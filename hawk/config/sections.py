@@ -278,6 +278,8 @@ class InboxSettings(Section):
 
 
 DAYS: Final = ("mon", "tue", "wed", "thu", "fri", "sat", "sun")
+DUE_DAYS: Final = 7
+"""Days from now on in which the next survey of a lot is looked for."""
 
 
 class ScheduledSurvey(Section):

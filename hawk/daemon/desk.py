@@ -33,8 +33,7 @@ from hawk.daemon.lots.day_flights import DayPlanner, drone_of
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.daemon.lots.schedule import moments_due
 from hawk.daemon.start_checks import check_background
-from hawk.lots.change_detection.comparison import placed_surveys
-from hawk.lots.ingest import lot_places
+from hawk.lots.change_detection.comparison import newest_placed
 from hawk.lots.names import lot_named
 from hawk.lots.store import LotStore, lots_file
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
@@ -76,11 +75,8 @@ def ground_under(connection: Connection, pictures: PictureFolder, lot: str | Non
 
     ``lot``: id or name. Raises NotFoundError for a lot that is not there.
     """
-    there = pictures.surveys()
-    chosen = [lot_named(connection, lot)] if lot else [each.id for each in lot_places(connection)]
-    rows = [row for each in chosen for row in placed_surveys(connection, each) if row["id"] in there]
-    rows.sort(key=lambda row: (bool(row["is_ordered"]), float(row["taken_at"]), int(row["seq"])), reverse=True)
-    for newest in rows:
+    chosen = lot_named(connection, lot) if lot else None
+    for newest in newest_placed(connection, pictures.surveys(), chosen):
         try:
             shown = pictures.read(newest["id"], hidden_in(connection, newest["id"]))
             tiles = {key: EncodedTile(1, data) for key, data in shown.items()}

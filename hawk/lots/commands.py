@@ -63,8 +63,8 @@ def merge(
 ) -> Done:
     """Merge another lot into this one. Raises LotInputError, NotFoundError.
 
-    ``register``: finds the plan of a lot on the same ground on this one's: so its surveys get their stalls here. Where
-    it is not certain, they are unregistered.
+    ``register``: finds the plan of a lot on the same ground on this one's: so its surveys get their stalls here, and
+    each that had no place by itself. Where it is not certain, they are unregistered.
     """
     kept, beside = _whole(connection, lot_id), _whole(connection, str(other), "with")
     change = operations.merged(kept, beside, who, now)
@@ -79,14 +79,17 @@ def merge(
 
 
 def _joined(connection: Connection, kept: str, other: str, surveys: Sequence[Row], register: Register) -> list[Row]:
-    """Return the rows of surveys of another lot as surveys of the kept one, on whose plan the other's was found."""
+    """Return the rows of surveys of another lot as surveys of the kept one, with their places among its stalls."""
     move = move_onto(connection, kept, other, register)
     rows: list[Row] = []
     for survey in surveys:
-        if move is None or survey["north"] is None or survey["seen_ground"] is None:
+        if survey["seen_ground"] is None:
             continue
         looked = Findings.stored(survey.values or {})
-        outcome = placed_by(connection, kept, looked, move.after(Move.stored(survey.values or {})))
+        if move is None or survey["north"] is None:
+            outcome = registered(connection, kept, looked, register, other)
+        else:
+            outcome = placed_by(connection, kept, looked, move.after(Move.stored(survey.values or {})))
         rows += [row.removed() for row in rows_where(connection, OBSERVATION, survey=survey.key[0])]
         rows += _at(connection, survey, kept, looked, outcome)
     return rows

@@ -28,6 +28,12 @@ def lot_named(connection: Connection, given: str) -> str:
     raise NotFoundError(f"LOT: no lot is called {given!r}; there are {names}")
 
 
+def lots_by_name(connection: Connection) -> list[str]:
+    """Return the ids of all lots that were not merged into another one, by their names."""
+    rows = connection.execute(select(LOT.c.id).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.name, LOT.c.id))
+    return [str(each) for each in rows.scalars()]
+
+
 def chosen_survey(surveys: Sequence[tuple[str, float]], given: str, of: str = "") -> str:
     """Return the id of the only survey whose id begins with a text. Raises NotFoundError, which lists surveys.
 

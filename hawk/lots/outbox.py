@@ -121,8 +121,10 @@ def note_failed(connection: Connection, message: Message, target: str, now: floa
     """Note that a try failed; return True when it was the last one."""
     _put(connection, message, target, now, tries=message.tries + 1)
     row = DELIVERY.c.message == message.seq, DELIVERY.c.target == target
-    first = float(connection.execute(select(DELIVERY.c.first).where(*row)).scalar_one())
-    is_over = now - first >= TRIED_S and message.tries + 1 >= len(WAITS_S) and message.kind not in states.KINDS
+    first = connection.execute(select(DELIVERY.c.first).where(*row)).scalar()
+    if first is None or message.kind in states.KINDS:
+        return False
+    is_over = now - float(first) >= TRIED_S and message.tries + 1 >= len(WAITS_S)
     if is_over:
         _end(connection, message, target, now)
     return is_over
@@ -136,6 +138,9 @@ def _end(connection: Connection, message: Message, target: str, now: float) -> N
 def _put(
     connection: Connection, message: Message, target: str, now: float, *, sent: float | None = None, tries: int = 0
 ) -> None:
+    """Note a delivery; a newer state may have taken the place of the message meanwhile."""
+    if connection.execute(select(OUTBOX.c.seq).where(OUTBOX.c.seq == message.seq)).first() is None:
+        return
     tried = tries or message.tries + 1
     wait = WAITS_S[min(tried, len(WAITS_S)) - 1]
     values = {"tries": tried, "next": now + wait, "sent": sent}

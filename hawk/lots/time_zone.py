@@ -1,6 +1,7 @@
 """Time zone of a lot: the one that a person chose, else that of its place.
 
 The map of time zones is read by a process of its own: it takes 35 MB, and holds the interpreter for tenths of a second.
+It steps back as the thread that waits for it does, and no further: that would wait for seconds beside other programs.
 """
 
 from __future__ import annotations
@@ -9,7 +10,7 @@ import json
 import logging
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, Final
 from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
@@ -24,10 +25,11 @@ _FORM: Final = "must be a name of the time zone database, as Europe/Amsterdam or
 _LONGEST_S: Final = 30.0
 _UTC_NAMES: Final = ("Etc/UCT", "Etc/UTC", "Etc/Universal", "Etc/Zulu", "UCT", "Universal", "Zulu")
 _READER: Final = (
-    "import json, os, sys, tzfpy; os.nice(19); "
+    "import json, sys, tzfpy; "
     "json.dump([tzfpy.get_tz(east, north) for north, east in json.load(sys.stdin)], sys.stdout)"
 )
 _Place = tuple[float, float]
+"""Latitude and longitude, degrees."""
 
 
 def time_zone_of(connection: Connection, row: Mapping[str, Any] | RowMapping) -> str:
@@ -40,13 +42,15 @@ def time_zones_of(connection: Connection, rows: Sequence[Mapping[str, Any] | Row
     another computer, that this computer does not know.
     """
     said = [row["time_zone"] for row in rows]
-    chosen = [None if name is None or _clock(str(name)) is None else str(name) for name in said]
-    if None not in chosen:
-        return [str(name) for name in chosen]
+    chosen = ["" if name is None or _clock(str(name)) is None else str(name) for name in said]
+    if all(chosen):
+        return chosen
     places = [(float(row["latitude"]), float(row["longitude"])) for row in rows]
-    others = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.time_zone.is_(None)))
-    known = _of_places(frozenset({*places, *((float(north), float(east)) for north, east in others)}))
-    return [str(name or known.get(place, UTC_NAME)) for name, place in zip(chosen, places, strict=True)]
+    known = _known()
+    if any(place not in known for place in places):  # the map is read once for all lots
+        others = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.time_zone.is_(None))).all()
+        _learn({*places, *((float(north), float(east)) for north, east in others)} - known.keys())
+    return [name or known[place] for name, place in zip(chosen, places, strict=True)]
 
 
 def zone_of_lot(connection: Connection, lot: str) -> str:
@@ -86,9 +90,14 @@ def checked_zone(name: object) -> str | None:
     return shown_zone(name)
 
 
-@lru_cache(maxsize=4)
-def _of_places(places: frozenset[_Place]) -> Mapping[_Place, str]:
-    """Return the time zones of places, latitude and longitude, degrees; without those that Python does not know."""
+@lru_cache(maxsize=1)
+def _known() -> dict[_Place, str]:
+    """Return the time zones of the places that were asked for since the program began."""
+    return {}
+
+
+def _learn(places: Collection[_Place]) -> None:
+    """Note the time zones of places: UTC for one that Python does not know."""
     asked = sorted(places)
     try:
         done = subprocess.run(
@@ -98,5 +107,6 @@ def _of_places(places: frozenset[_Place]) -> Mapping[_Place, str]:
         found = dict(zip(asked, json.loads(done.stdout), strict=True))
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         _LOG.warning("the time zones of lots are not known by their places, times are UTC: %s", error)
-        return {}
-    return {place: shown_zone(name) for place, name in found.items() if _clock(name) is not None}
+        found = {}
+    shown = {name: shown_zone(name) for name in {*found.values()} if _clock(name) is not None}
+    _known().update({place: shown.get(found.get(place, ""), UTC_NAME) for place in asked})

@@ -44,6 +44,18 @@ class LotInputError(LotStoreError):
         self.reason = reason
 
 
+NEWER_FIELD: Final = "version"
+"""Field of the refusal of a document of a newer version, as a drone reads it in the desk's answer."""
+
+
+class FormatVersionError(LotInputError):
+    """A document is of a newer version than this program reads."""
+
+    def __init__(self, version: int, newest: int) -> None:
+        remedy = f"who takes it in reads up to {newest}: upgrade that one"
+        super().__init__(NEWER_FIELD, f"is {version}, of a newer hawk-drone; {remedy}")
+
+
 class NotFoundError(LotStoreError):
     """There is no such lot, survey or change."""
 

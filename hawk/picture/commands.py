@@ -86,6 +86,11 @@ def add_map_command(commands: Any) -> None:
         help="time of the last picture, 2026-05-04T10:30+02:00, where the files give none or a clock without a zone",
     )  # fmt: skip
     parser.add_argument("--model", type=values.file, metavar="FILE", help="a network (.onnx) in place of hawk's")
+    parser.add_argument(
+        "--private", type=values.file, metavar="FILE",
+        help="areas that nobody may look at, as gardens (GeoJSON, GeoPackage, KML): no picture shows them, nothing is "
+        "counted there",
+    )  # fmt: skip
     _add_orthophoto(parser.add_argument_group("orthophotos"))
     _add_photographs(parser.add_argument_group("photographs and films"))
     _add_store(parser.add_argument_group("store and page"))
@@ -97,11 +102,6 @@ def _add_orthophoto(group: Any) -> None:
     group.add_argument(
         "--outline", type=values.file, metavar="FILE",
         help="map only these lots: GeoJSON, GeoPackage, KML or OpenStreetMap's XML with amenity=parking",
-    )  # fmt: skip
-    group.add_argument(
-        "--private", type=values.file, metavar="FILE",
-        help="areas that nobody may look at, as gardens (GeoJSON, GeoPackage, KML): no picture shows them, nothing is "
-        "counted there",
     )  # fmt: skip
     group.add_argument(
         "--check", type=values.whole(1, _MOST_CHECKED), metavar="N",

@@ -12,6 +12,8 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from shapely import Polygon, box
+from shapely.geometry.base import BaseGeometry
 
 from hawk.algo.vision.detector import StallDetector
 from hawk.algo.vision.network import StallNetwork
@@ -19,15 +21,20 @@ from hawk.algo.vision.network_file import VisionModelError, network_name
 from hawk.exports.ground import ground_of
 from hawk.exports.records import found_stalls
 from hawk.lots.registration.frames import Move
+from hawk.lots.registration.georeference import ground_about
 from hawk.lots.survey.landing import LandingFacts, finished
+from hawk.lots.survey.private_ground import ERROR_M
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import FinishedSurvey
 from hawk.model.lot_map import CELL_M, Cell, OccupancyMap, StallState
 from hawk.model.pictures import CameraModel
+from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose
 from hawk.picture.cars import suggest_lone_cars
 from hawk.picture.checkpoints import Checkpoints
 from hawk.picture.limits import LOT_M, limits_of, stretch
+from hawk.picture.orthophoto.outline import read_private
+from hawk.picture.orthophoto.outline_lots import polygons_of
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.reconstruction.alignment import Reconstruction
 from hawk.picture.scale import (
@@ -52,6 +59,8 @@ from hawk.picture.values import (
 )
 from hawk.results.survey_map import SurveyMap
 
+_NEAR_DEG: Final = 0.1
+"""Private ground farther off is in no photograph of a flight."""
 _UNSEEN_M: Final = 0.3
 """Error of a lot's length by turn and scale that nobody notes."""
 
@@ -74,6 +83,7 @@ def map_photos(
     lenses: Path | None = None,
     calibration: CameraModel | None = None,
     group: int | None = None,
+    private: Path | None = None,
     model: Path | None = None,
     work: Path | None = None,
     progress: Progress = lambda *_: None,
@@ -86,6 +96,7 @@ def map_photos(
         lenses: Table of lenses (docs/photographs.md).
         calibration: Lens of all photographs.
         group: Which flight or camera of a mixed folder, from 1.
+        private: File with areas that nobody may look at.
         model: The network's ONNX file; None: that of the package.
         work: Folder of the results of each step, by which the same call goes on where it was cut off; None keeps none.
         progress: Is called as the work goes on.
@@ -98,7 +109,8 @@ def map_photos(
     """
     read = read_folder(folder, lenses=lenses, calibration=calibration, height_m=height_m, group=group)
     provenance = Provenance(folder.resolve().name, SourceKind.PHOTOGRAPHS, read.time_is_sure, height_m)
-    return survey_shots(provenance, read, Files(), model=model, work=work, progress=progress).mapped
+    hidden = () if private is None else read_private(private)
+    return survey_shots(provenance, read, Files(), private=hidden, model=model, work=work, progress=progress).mapped
 
 
 def survey_shots(
@@ -106,6 +118,7 @@ def survey_shots(
     read: ShotSet,
     pictures: Pictures,
     *,
+    private: Sequence[Polygon] = (),
     model: Path | None = None,
     work: Path | None = None,
     progress: Progress = lambda *_: None,
@@ -118,6 +131,7 @@ def survey_shots(
         provenance: Where the shots are from.
         read: The shots.
         pictures: Gives their pictures.
+        private: Ground that nobody may look at, (longitude, latitude); it is taken as `ERROR_M` wider.
         model: The network's ONNX file; None: that of the package.
         work: As of `map_photos`.
         progress: Is called as the work goes on.
@@ -129,7 +143,8 @@ def survey_shots(
     shots, adjusted, scale = posed.shots, posed.adjusted, posed.scale
     pixel = _pixel(adjusted)
     _check_pixel(name, pixel)
-    current = suggest_lone_cars(reader.mapped(name, shots, adjusted, finder, progress))
+    hidden = _hidden(private, posed.datum)
+    current = suggest_lone_cars(reader.mapped(name, shots, adjusted, finder, progress, hidden))
     landed = _landed(provenance, shots, posed.datum, current, network_name(model))
     survey = finished(landed)
     source = provenance.source(limits_of(shots, adjusted, scale, pixel, survey))
@@ -137,6 +152,15 @@ def survey_shots(
     left_out = sorted((*read.left_out, *posed.left_out, *reader.lost), key=lambda each: each.name)
     notes = (*read.notes, *_notes(shots, adjusted, scale, current), *_pixel_notes(pixel))
     return PhotoSurvey(_mapped(provenance, shots, landed, survey, tuple(left_out), notes), shots, adjusted)
+
+
+def _hidden(areas: Sequence[Polygon], datum: GlobalPose) -> BaseGeometry:
+    """Return private ground on the map, (north, east) metres: wider, as receivers alone say where the pictures are."""
+    x, y = datum.longitude, datum.latitude
+    near = box(x - _NEAR_DEG, y - _NEAR_DEG, x + _NEAR_DEG, y + _NEAR_DEG)
+    parts = (part for area in areas for part in polygons_of(Polygon(area.exterior).intersection(near)))
+    rings = tuple(tuple((y, x) for x, y in part.exterior.coords[:-1]) for part in parts)
+    return ground_about((datum.latitude, datum.longitude), Outline(rings)).buffer(ERROR_M, join_style="mitre")
 
 
 def _network(model: Path | None) -> StallNetwork:

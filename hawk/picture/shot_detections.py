@@ -8,6 +8,7 @@ from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from shapely.geometry.base import BaseGeometry
 
 from hawk.algo.vision.detection import WHOLE
 from hawk.algo.vision.detector import StallDetector, one_thread
@@ -115,11 +116,17 @@ class ShotReader:
         return found
 
     def mapped(
-        self, name: str, shots: Sequence[Shot], adjusted: Reconstruction, finder: StallDetector, progress: Progress
+        self,
+        name: str,
+        shots: Sequence[Shot],
+        adjusted: Reconstruction,
+        finder: StallDetector,
+        progress: Progress,
+        private: BaseGeometry,
     ) -> OccupancyMap:
-        """Return the map of all shots by their adjusted poses."""
+        """Return the map of all shots by their adjusted poses. ``private``: as of `FrameMerger`."""
         self._features.clear()
-        built = FrameMerger(name)
+        built = FrameMerger(name, private)
         with one_thread():
             for number, (shot, posed) in enumerate(zip(shots, adjusted.posed, strict=True)):
                 progress("map", number, len(shots))

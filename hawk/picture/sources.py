@@ -26,6 +26,7 @@ from hawk.picture.city.run import CityWork, map_city
 from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
+from hawk.picture.orthophoto.outline import read_private
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import survey_shots
@@ -34,7 +35,7 @@ from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress,
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
-_OF_ORTHOPHOTOS: Final = ("outline", "private", "check", "checked", "allow_host")
+_OF_ORTHOPHOTOS: Final = ("outline", "check", "checked", "allow_host")
 _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
@@ -225,8 +226,11 @@ def _provenance(asked: MapRequest, name: str, kind: SourceKind, read: ShotSet | 
 def _of_shots(
     asked: MapRequest, provenance: Provenance, read: ShotSet, pictures: Pictures, progress: Progress
 ) -> PictureSurvey:
+    private = () if asked.private is None else read_private(asked.private)
     work = asked.out / WORK
-    return survey_shots(provenance, read, pictures, model=asked.model, work=work, progress=progress).mapped
+    return survey_shots(
+        provenance, read, pictures, private=private, model=asked.model, work=work, progress=progress
+    ).mapped
 
 
 def _check_times(asked: MapRequest, shots: Sequence[Shot], source: MomentSource) -> None:

@@ -19,6 +19,7 @@ from hawk.lots.change_detection.takeover import TAKEN_OVER
 from hawk.lots.ingest import FIRST_FLIGHT
 from hawk.lots.plan.edits import CORRECTED
 from hawk.report.canvas import curve, lot_drawing
+from hawk.report.lots_report import LotsReport
 from hawk.report.options import Form, Paper
 from hawk.report.values import Newest, Report
 from hawk.report.words import NONE, Words
@@ -80,10 +81,58 @@ class _Row:
 
 def document(report: Report, form: Form) -> str:
     """Return a report as HTML, which asks for nothing else: its style and its picture are in it."""
+    return _html(Words(form.language), form.paper, [lot_part(report, form)], report, report.name)
+
+
+def lots_document(report: LotsReport, parts: Sequence[Markup], form: Form) -> str:
+    """Return a report over several lots as HTML: its first page, then `lot_part` of each line."""
     words = Words(form.language)
-    css = Markup(_style(report, words, form.paper))  # noqa: S704 - names in it are escaped as CSS
-    template = _environment().get_template("report.html")
-    return template.render(_values(report, words, _SHEETS[form.paper]), css=css, w=words)
+    name = words("lots", count=len(report.lines))
+    return _html(words, form.paper, [_first_page(report, words), *parts], report, name)
+
+
+def lot_part(report: Report, form: Form) -> Markup:
+    """Return what a document says of a lot, as HTML."""
+    words = Words(form.language)
+    template = _environment().get_template("lot.html")
+    return Markup(template.render(_values(report, words, _SHEETS[form.paper]), w=words))  # noqa: S704 - escaped in it
+
+
+def _html(words: Words, paper: Paper, parts: Sequence[Markup], report: Report | LotsReport, name: str) -> str:
+    period = period_of(report, words)
+    css = Markup(_style(words, paper, ", ".join(filter(None, (name, period)))))  # noqa: S704 - escaped as CSS
+    return _environment().get_template("report.html").render(
+        parts=parts, css=css, language=words.language, made=report.made, name=name,
+        title=", ".join(filter(None, (words("kind-of-document"), period))),
+        author=words("author", program=f"hawk-drone {version('hawk-drone')}"),
+    )  # fmt: skip
+
+
+def _first_page(report: LotsReport, words: Words) -> Markup:
+    template = _environment().get_template("lots.html")
+    made = words.moment(report.made, with_year=True)
+    return Markup(  # noqa: S704 - the template escapes
+        template.render(
+            report=report, w=words, period=period_of(report, words), free=report.free, vehicles=report.vehicles,
+            has_sections=any(each.vehicles.value is not None for each in report.lines), none_there=NONE,
+            made=made if report.clock else f"{made} UTC", notes=lots_notes(report, words),
+        )
+    )  # fmt: skip
+
+
+def lots_notes(report: LotsReport, words: Words) -> list[str]:
+    """Return what a reader must know of the total of several lots, a paragraph each."""
+    totals = (("lots-apart", report.free), ("lots-apart-vehicles", report.vehicles))
+    apart = [words(name, range=words.amounts(total.apart)) for name, total in totals if total.apart != total.alike]
+    notes = [words("ranges-hold"), *([words("lots-together")] if apart else []), *apart]
+    if report.free.alike.value is not None:
+        notes.append(words("lots-unseen"))
+    if report.moments is not None:
+        first, last = (words.moment(each, with_year=True) for each in report.moments)
+        notes.append(words("lots-moments", first=first, last=last))
+    if report.uncounted:
+        notes.append(words("lots-uncounted", count=report.uncounted))
+    return notes
 
 
 def content_policy(html: str) -> str:
@@ -96,7 +145,7 @@ def content_policy(html: str) -> str:
     )
 
 
-def period_of(report: Report, words: Words) -> str:
+def period_of(report: Report | LotsReport, words: Words) -> str:
     """Return the days of a report; empty without any."""
     return "" if report.first is None or report.last is None else words.period(report.first, report.last)
 
@@ -138,9 +187,7 @@ def _values(report: Report, words: Words, sheet: _Sheet) -> dict[str, Any]:
     surveys = _surveys(report, words)
     days = report.asked.days
     return {
-        "report": report, "asked": asked, "newest": newest, "language": words.language, "days": days,
-        "title": ", ".join(filter(None, (words("kind-of-document"), period_of(report, words)))),
-        "author": words("author", program=f"hawk-drone {version('hawk-drone')}"), "zone": report.clock,
+        "report": report, "asked": asked, "newest": newest, "days": days, "zone": report.clock,
         "period": period_of(report, words), "simulated": sum(each.simulated for each in report.surveys),
         "labels": "" if newest is None else labels_of(newest, words),
         "picture": _picture(newest, words, sheet), "short": _short(report, words), "is_beside": is_beside,
@@ -225,9 +272,8 @@ def _surveys(report: Report, words: Words) -> list[_Row]:
 # -- style -------------------------------------------------------------------------------------------------------------
 
 
-def _style(report: Report, words: Words, paper: Paper) -> str:
+def _style(words: Words, paper: Paper, foot: str) -> str:
     sheet = _SHEETS[paper]
-    foot = ", ".join(filter(None, (report.name, period_of(report, words))))
     return _environment().get_template("report.css").render(
         size=sheet.size, width=sheet.width, foot=_css_text(foot), page=_css_text(words("page")),
         of=_css_text(words("page-of")), fonts=FONTS, shades=list(_shades()),

@@ -22,6 +22,8 @@ CONTENT_TYPES: Final[Mapping[Kind, str]] = {
 """Kinds of files with the type of their content."""
 EXTRA: Final = "report"
 """Extra of the package that writes PDF."""
+MOST_LOTS: Final = 50
+"""Lots of one report."""
 
 
 @dataclass(frozen=True, slots=True)

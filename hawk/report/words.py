@@ -9,7 +9,7 @@ from importlib.resources import files
 from typing import Final
 
 from babel import Locale
-from babel.dates import format_date, format_datetime, format_time
+from babel.dates import format_date, format_datetime, format_time, format_timedelta
 from babel.lists import format_list
 from babel.numbers import format_decimal, format_percent
 from fluent.runtime import FluentBundle, FluentResource
@@ -101,6 +101,10 @@ class Words:
             return NONE
         return self("range", low=self.mean(found.low), high=self.mean(found.high))
 
+    def places(self, vehicles: Estimate, places: int | None) -> str:
+        """Return the places of sections with a count of vehicles, where they are known."""
+        return NONE if vehicles.value is None or places is None else self.count(places)
+
     # -- times ----------------------------------------------------------------------------------------------------
 
     def moment(self, at: datetime, *, with_year: bool = False) -> str:
@@ -123,6 +127,17 @@ class Words:
         form = "d" if (first.year, first.month) == (last.year, last.month) else "d MMM"
         begin = format_date(first, form if first.year == last.year else _DATE_YEAR, self.locale)
         return self("period", first=str(begin), last=end)
+
+    def age(self, at: datetime, now: datetime) -> str:
+        """Return how long ago a moment was."""
+        return str(format_timedelta(at - now, granularity="minute", add_direction=True, locale=self.locale))
+
+    def due(self, at: datetime | None, now: datetime) -> str:
+        """Return when a survey is due."""
+        if at is None:
+            return NONE
+        when = self.moment(at)
+        return self("due-since", when=when) if at <= now else when
 
     def clock_time(self, hour: int) -> str:
         """Return an hour of the day; 24 is the end of it."""
@@ -151,9 +166,11 @@ class Words:
         ]  # fmt: skip
         return ", ".join(found) or self("part-lot")
 
-    def question(self, asked: Asked) -> str:
-        """Return a question."""
-        return self("asked", part=self.part(asked), days=self._days(asked.weekdays), hours=self._hours(asked.hours))
+    def question(self, asked: Asked, part: str = "") -> str:
+        """Return a question; ``part``: of what it asks, that of the question without it."""
+        return self(
+            "asked", part=part or self.part(asked), days=self._days(asked.weekdays), hours=self._hours(asked.hours)
+        )
 
     def _days(self, days: Sequence[Weekday]) -> str:
         if len(days) == len(WEEKDAYS):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime
 from typing import Any, Final, Literal
@@ -17,7 +17,8 @@ import xlsxwriter
 from pydantic_core import to_json
 
 from hawk.lots.answers import ListedSection
-from hawk.report.document import labels_of, method_of, source_of, why_of
+from hawk.report.document import labels_of, lots_notes, method_of, source_of, why_of
+from hawk.report.lots_report import LotsReport
 from hawk.report.options import Language
 from hawk.report.queries import MOST_STATES
 from hawk.report.values import NOT_THERE, Report
@@ -60,11 +61,30 @@ class Sheet:
 
 def sheets(report: Report, language: Language) -> bytes:
     """Return the sheets of a report as JSON, for `written`."""
+    return _book(report.name, lot_sheets(report, language), Words(language))
+
+
+def lots_sheets(report: LotsReport, parts: Sequence[Sequence[bytes]], language: Language) -> bytes:
+    """Return the sheets of a report over several lots as JSON: that of all lots, then those of `lot_sheets` of each."""
+    words = Words(language)
+    first = to_json(_lots(report, words))
+    return _book(words("lots", count=len(report.lines)), [first, *(sheet for part in parts for sheet in part)], words)
+
+
+def lot_sheets(report: Report, language: Language, number: int | None = None) -> list[bytes]:
+    """Return the sheets of a lot as JSON; their names begin with its ``number`` among several lots."""
     words = Words(language)
     made = (_summary(report, words), _rows(report, words), _hours(report, words), _surveys(report, words),
             *_sections(report, words), _stalls(report, words), _method(report, words))  # fmt: skip
-    title = f"{report.name}, {words('kind-of-document')}"
-    return to_json({"title": title, "author": words("author", program="hawk-drone"), "sheets": made})
+    return [
+        to_json(each if number is None else replace(each, name=f"{number} {each.name}"[:_LONGEST_NAME]))
+        for each in made
+    ]
+
+
+def _book(name: str, made: Sequence[bytes], words: Words) -> bytes:
+    head = to_json({"title": f"{name}, {words('kind-of-document')}", "author": words("author", program="hawk-drone")})
+    return head[:-1] + b',"sheets":[' + b",".join(made) + b"]}"
 
 
 def written(data: bytes, _: dict[str, Any]) -> bytes:
@@ -101,6 +121,34 @@ def _write(sheet: Any, given: dict[str, Any], head: Any, forms: dict[Kind, Any])
 
 
 # -- sheets ------------------------------------------------------------------------------------------------------------
+
+
+def _lots(report: LotsReport, words: Words) -> Sheet:
+    """Return the first page as a sheet: a line a lot, the totals, and what a reader must know of them."""
+    heads = ("free-stalls", "low", "high", "vehicles", "low", "high")
+    columns = (
+        Column(words("number"), "count"), Column(words("lot"), width=_WIDE), Column(words("stalls"), "count"),
+        *(Column(words(name), "number") for name in heads), Column(words("section-places"), "count"),
+        Column(words("newest-survey"), "moment", 18), Column(words("age-days"), "number"),
+        Column(words("drone"), width=20), Column(words("due"), "moment", 18), Column(words("id"), width=_ID),
+    )  # fmt: skip
+    rows: list[list[Cell]] = [
+        [
+            number, each.name, each.stalls, *_ranged(each.free), *_ranged(each.vehicles), each.places,
+            words("no-survey") if each.at is None else _of_moment(each.at),
+            None if each.at is None else (report.made - each.at).total_seconds() / _SECONDS_A_DAY,
+            each.drone, None if each.due is None else _of_moment(each.due), each.lot,
+        ]
+        for number, each in enumerate(report.lines, 1)
+    ]  # fmt: skip
+    totals: list[list[Cell]] = [
+        [None, words(f"total-{name}"), report.stalls, *_ranged(free), *_ranged(vehicles), report.places]
+        for name, free, vehicles in (
+            ("alike", report.free.alike, report.vehicles.alike), ("apart", report.free.apart, report.vehicles.apart),
+        )
+    ]  # fmt: skip
+    notes: list[list[Cell]] = [[None, note] for note in lots_notes(report, words)]
+    return Sheet(words("lots-head"), columns, [*rows, *totals, *notes])
 
 
 def _summary(report: Report, words: Words) -> Sheet:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
@@ -106,17 +106,30 @@ def reading(store: Path, options: argparse.Namespace) -> Iterator[tuple[Connecti
 
     Raises LotStoreError, NotFoundError.
     """
+    with reading_lots(store, (options.lot,)) as (connection, (lot,)):
+        yield connection, lot
+
+
+@contextmanager
+def reading_lots(store: Path, given: Sequence[str] | None) -> Iterator[tuple[Connection, list[str]]]:
+    """Open a store, and give one view of it and the ids of some lots, by name or id, as `reading`; None: of all lots.
+
+    Raises LotStoreError, NotFoundError.
+    """
     lots.check_there(store)
     with closing(database.Database(store)) as opened:
         lots.show_damage(opened.damage)
         with opened.reading() as connection:
-            lot = names.lot_named(connection, options.lot)
-            missing = observations.missing_looks(connection, lot)
+            if given is None:
+                found = names.lots_by_name(connection)
+            else:
+                found = [names.lot_named(connection, each) for each in given]
+            missing = [seq for lot in found for seq in observations.missing_looks(connection, lot)]
         if missing and not opened.is_read_only:
             with opened.writing() as connection:
                 observations.keep_looks(connection, missing)
         with opened.reading() as connection:
-            yield connection, lot
+            yield connection, found
 
 
 def _answer(store: Path, options: argparse.Namespace) -> str:

@@ -39,12 +39,14 @@ class SenderTimes:
 class TryOutcome:
     """Outcome of a try. ``status``: of the answer, 0 without one; ``problem``: why it failed, "" for a yes.
 
-    ``said``: the receiver's own words, of a problem as RFC 9457 has it. ``data``: the answer, of a yes.
+    ``said``: the receiver's own words, of a problem as RFC 9457 has it, and ``named``, the field that is wrong.
+    ``data``: the answer, of a yes.
     """
 
     status: int
     problem: str = ""
     said: str = ""
+    named: str = ""
     data: bytes = field(default=b"", repr=False)
 
 
@@ -70,7 +72,7 @@ async def tried(
                 answer.close()  # whatever more it says
                 if 200 <= answer.status < 300:
                     return TryOutcome(answer.status, data=data)
-                return TryOutcome(answer.status, _refused(answer, setting), _said(answer, data))
+                return TryOutcome(answer.status, _refused(answer, setting), *_said(answer, data))
     except TimeoutError:
         return TryOutcome(0, f"gave no answer within {seconds:g} s")
     except (aiohttp.ClientError, OSError, ValueError) as error:
@@ -103,15 +105,16 @@ async def keep_sending(
         await asyncio.sleep(look_s)
 
 
-def _said(answer: aiohttp.ClientResponse, data: bytes) -> str:
-    """Return what a problem says, in one line; "" for another answer."""
+def _said(answer: aiohttp.ClientResponse, data: bytes) -> tuple[str, str]:
+    """Return what a problem says, in one line, and the field that it means; "" for another answer."""
     if answer.content_type != PROBLEM:
-        return ""
+        return "", ""
     try:
         found = json.loads(data)
-        return " ".join(f"{found.get('field', '')} {found['detail']}".split())[:LONGEST_SAID]
+        named = str(found.get("field", ""))
+        return " ".join(f"{named} {found['detail']}".split())[:LONGEST_SAID], named
     except (ValueError, KeyError, AttributeError, RecursionError):
-        return ""
+        return "", ""
 
 
 def _refused(answer: aiohttp.ClientResponse, setting: str) -> str:

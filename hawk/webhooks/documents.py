@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Final, Literal, TypeVar
 
 import aiohttp
 
@@ -25,9 +25,9 @@ from hawk.config.secrets import SecretUrl
 from hawk.config.sections import CollectSettings
 from hawk.lots.documents.parts import LARGEST_BYTES
 from hawk.lots.store import FILE_S, LotStore
-from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.lots.values import NEWER_FIELD, FormatVersionError, LotStoreError, NotFoundError
 from hawk.model.operation import Level
-from hawk.model.sentences import say
+from hawk.model.sentences import Sentence, say
 from hawk.runtime.late import late
 from hawk.webhooks.delivery import WARNED_AT, SenderTimes, TryOutcome, keep_sending, tried
 from hawk.webhooks.sender import target_of
@@ -97,6 +97,7 @@ class DocumentSender:
         self._add_message = add_message
         self._times = times
         self._failed = 0
+        self._said: set[str] = set()
         self._next_query = 0.0
         self._files = ThreadPoolExecutor(1, thread_name_prefix="collect")
 
@@ -143,7 +144,15 @@ class DocumentSender:
                 _LOG.log(logging.WARNING if outcome.problem else logging.DEBUG, "collect %s: lots: %s", url.host,
                          _details(outcome))  # fmt: skip
                 return False
-            returned = await self._store.take_back(outcome.data, asked)
+            try:
+                returned = await self._store.take_back(outcome.data, asked)
+            except FormatVersionError as error:
+                words = say(
+                    "The desk {name} is of a newer hawk-drone: upgrade this one. Lots wait there.", name=url.host
+                )
+                self._say_once("newer", words, str(error))
+                return False
+            self._said.discard("newer")
             for name in returned.replaced:
                 words = say("The plan of {name} is the desk's now; some of your changes are not in it.", name=name)
                 self._add_message("info", words, "")
@@ -184,6 +193,7 @@ class DocumentSender:
         outcome = await self._put(session, url, packed, token)
         if not outcome.problem:
             sent_at, self._failed, self._next_query = self._wall(), 0, 0.0
+            self._said.discard("older")
             sent = (*packed.states, message.seq)
             await self._store.write(lambda c: outbox.note_states_sent(c, sent, target, sent_at))
             return True
@@ -257,9 +267,19 @@ class DocumentSender:
         await self._store.write(lambda c: note(c, message, target, now))
         _LOG.warning("collect %s: try %d of %s %s: %s", url.host, message.tries + 1, message.kind, message.body,
                      _details(outcome))  # fmt: skip
-        if is_over or message.tries + 1 == WARNED_AT:
+        if outcome.named == NEWER_FIELD:
+            words = say("The desk {name} is of an older hawk-drone: upgrade it. Surveys wait here.", name=url.host)
+            self._say_once("older", words, _details(outcome))
+        elif is_over or message.tries + 1 == WARNED_AT:
             words = say("The desk {name} does not take a survey.", name=url.host)
             self._add_message("warning", words, _details(outcome))
+
+    def _say_once(self, desk: Literal["older", "newer"], words: Sentence, details: str) -> None:
+        """Say that the desk is older or newer: not again for each document, until one was taken."""
+        if desk not in self._said:
+            self._said.add(desk)
+            _LOG.warning("collect: %s %s", words, details)
+            self._add_message("warning", words, details)
 
 
 def _root(url: SecretUrl) -> str:

@@ -10,7 +10,7 @@ import pytest
 from playwright.async_api import Browser, expect
 
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOT, SURVEY
+from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.model.poses import GlobalPose
@@ -93,7 +93,7 @@ async def test_lots_beside_each_other_are_one_pin_that_a_press_opens(browser: Br
     store_of_lots(tmp_path / FILE)
     store = Database(tmp_path / FILE)
     with store.writing() as connection:  # 45 m from the first lot; the third one stays 2 km away
-        connection.execute(SURVEY.update().where(SURVEY.c.seq == 2).values(latitude=52.000404, longitude=5.0))
+        connection.execute(LOT.update().where(LOT.c.name == NAMES[1]).values(latitude=52.000404, longitude=5.0))
     store.close()
     async with desk_of(tmp_path) as address:
         page = await new_page(browser, locale="en")

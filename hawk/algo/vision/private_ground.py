@@ -40,7 +40,7 @@ def hidden(seen: VisionResult, frame: FrameInput) -> VisionResult:
     return replace(
         seen,
         image=_blackened(seen.image, ground, frame.camera, pose),
-        ground=None if shown is None else _without(shown, ground),
+        ground=None if shown is None else without(shown, ground),
     )
 
 
@@ -79,7 +79,8 @@ def _blackened(image: NDArray[np.uint8], ground: BaseGeometry, camera: CameraMod
     return masked
 
 
-def _without(ground: FrameGround, private: BaseGeometry) -> FrameGround:
+def without(ground: FrameGround, private: BaseGeometry) -> FrameGround:
+    """Return what was found on the ground without private ground, (north, east) metres on the map."""
     vehicles = None if ground.vehicles is None else tuple(v for v in ground.vehicles if not _is_in(v, private))
     mask = _mask(ground.core, private)  # the layers are one raster
     return replace(

@@ -7,8 +7,9 @@ stood.
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final, TypeVar
 
@@ -25,8 +26,9 @@ from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import BARE, LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move, same_stalls
 from hawk.lots.registration.survey_place import Findings, other_ground
-from hawk.lots.schema import SURVEY, ZONE
-from hawk.lots.survey.order import is_ordered, newest_first, taken_at
+from hawk.lots.rows import is_among
+from hawk.lots.schema import LOT, SURVEY, ZONE
+from hawk.lots.survey.order import newest_first
 from hawk.lots.values import PLACED, Detection, Placed
 from hawk.model.poses import Ring
 from hawk.results.label_parts import in_order
@@ -41,6 +43,9 @@ OFF_STEP_M: Final = 0.2
 """A stall of a row that was painted again which is farther from the former one, or wider by more, is another one; so
 is one that is off by another distance than its neighbour. Without new paint, pairs are 0.2 m apart across the stalls
 and widths differ by 0.02 m (95 %, drawn lots 2 to 8 in still pictures)."""
+_IS_PLACED: Final = (
+    SURVEY.c.placed.in_(PLACED), SURVEY.c.north.is_not(None), SURVEY.c.seen_ground.is_not(None),
+)  # fmt: skip
 _CLASH: Final = 0.2
 """Share of a stall of the plan that another one's find covers where the row was painted again."""
 _DOUBLE: Final = 0.3
@@ -71,11 +76,19 @@ class Compared:
 
 def placed_surveys(connection: Connection, lot: str) -> Iterator[RowMapping]:
     """Yield the surveys of a lot whose place and ground are known, the newest first."""
-    is_placed = SURVEY.c.placed.in_(PLACED) & SURVEY.c.north.is_not(None)
-    asked = select(SURVEY, is_ordered().label("is_ordered"), taken_at().label("taken_at")).where(
-        SURVEY.c.lot == lot, is_placed, SURVEY.c.seen_ground.is_not(None)
-    )
+    asked = select(SURVEY).where(SURVEY.c.lot == lot, *_IS_PLACED)
     yield from connection.execute(asked.order_by(*newest_first())).mappings()
+
+
+def newest_placed(connection: Connection, surveys: Collection[str], lot: str | None) -> list[RowMapping]:
+    """Return id and datum of those of some surveys, by their ids, whose place and ground are known, the newest first.
+
+    ``lot``: None for those of all lots.
+    """
+    is_of = LOT.c.merged_into.is_(None) if lot is None else LOT.c.id == lot
+    asked = select(SURVEY.c.id, SURVEY.c.latitude, SURVEY.c.longitude).join(LOT, LOT.c.id == SURVEY.c.lot)
+    asked = asked.where(is_among(SURVEY.c.id), is_of, *_IS_PLACED).order_by(*newest_first())
+    return list(connection.execute(asked, {"among": json.dumps([*surveys])}).mappings())
 
 
 def witnesses(row: RowMapping) -> tuple[tuple[Detection, ...], BaseGeometry]:

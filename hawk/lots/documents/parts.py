@@ -19,7 +19,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from pydantic_core import from_json
 
 from hawk.formats.validation import LONGEST_FIELD, PLAIN, wrong_values
-from hawk.lots.values import LONGEST_NAME, LotInputError, is_shown
+from hawk.lots.values import LONGEST_NAME, FormatVersionError, LotInputError, is_shown
 
 P = TypeVar("P", bound="Part")
 LARGEST_BYTES: Final = 32_000_000
@@ -102,8 +102,8 @@ def read_document(data: bytes, form: type[P], named: str, newest: int) -> P:
         named: Its ``format``.
         newest: Version of documents that are written.
 
-    Raises LotInputError with the field: for a document that is cut, too large, of a newer version, and for a value that
-    cannot be.
+    Raises LotInputError with the field: for a document that is cut or too large, and for a value that cannot be;
+    FormatVersionError for one of a newer version.
     """
     plain = _plain(data)
     if plain.count(b",") > MOST_VALUES or plain.count(b"[") + plain.count(b"{") > MOST_GROUPS:
@@ -119,10 +119,7 @@ def read_document(data: bytes, form: type[P], named: str, newest: int) -> P:
     if type(version) is not int or version < 1:
         raise LotInputError("version", "must be a whole number from 1")
     if version > newest:
-        words = (
-            f"is {version}, of a newer hawk-drone, and this one reads up to {newest}: install a newer one here first"
-        )
-        raise LotInputError("version", words)
+        raise FormatVersionError(version, newest)
     _check_names(form, found)
     del found  # a large document is in memory once
     try:

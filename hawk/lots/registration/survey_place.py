@@ -112,11 +112,16 @@ def move_of(place: PossiblePlace | Registration) -> Move:
     return Move(place.north, place.east, place.turn)
 
 
-def registered(connection: Connection, lot: str, looked: Findings, register: Register) -> Registration | Doubtful:
-    """Return where a survey lies among the stalls of a lot. Moves bring the survey's frame onto the lot's."""
+def registered(
+    connection: Connection, lot: str, looked: Findings, register: Register, but: str | None = None
+) -> Registration | Doubtful:
+    """Return where a survey lies among the stalls of a lot. Moves bring the survey's frame onto the lot's.
+
+    ``but``: as of `other_ground`.
+    """
     if not looked.seen_ground.polygons:
         return Doubtful(say("the ground that the survey saw is not known"))
-    known = KnownGround(tuple(all_stalls(connection, lot)), known_ground(connection, lot))
+    known = KnownGround(tuple(all_stalls(connection, lot)), known_ground(connection, lot, but))
     if known.seen.is_empty:
         return Doubtful(say("the ground of the lot's first survey is not known"))
     frame = frame_of(datum_of(connection, lot), looked.datum)

@@ -75,21 +75,24 @@ def _plans(connection: Connection, layouts: Collection[_Layout]) -> dict[_Layout
     """Return the keys of the stalls of layouts: those of a lot's newest layout by their index alone."""
     among = {"among": json.dumps(list({lot for lot, _ in layouts}))}
     versions = select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
-    newest = {(str(lot), int(version)) for lot, version in connection.execute(versions, among)}
+    newest = {(str(lot), int(version)) for lot, version in connection.execute(versions, among).all()}
     found = dict.fromkeys(layouts, np.zeros(0, np.int64))
     present = {lot: (lot, version) for lot, version in newest if (lot, version) in found}
-    keys = select(STALL.c.lot, func.group_concat(STALL.c.key))
+    keys = select(STALL.c.lot, func.count(), func.group_concat(STALL.c.key))
     keys = keys.where(STALL.c.ends.is_(None), is_among(STALL.c.lot)).group_by(STALL.c.lot)
-    for lot, text in connection.execute(keys, {"among": json.dumps(list(present))}):
-        found[present[lot]] = np.array(text.split(","), np.int64)
+    if rows := connection.execute(keys, {"among": json.dumps(list(present))}).all():
+        lots, sizes, texts = zip(*rows, strict=True)
+        every = np.fromstring(",".join(texts), np.int64, sep=",")
+        parts = np.split(every, np.cumsum(sizes)[:-1])
+        found.update((present[lot], part) for lot, part in zip(lots, parts, strict=True))
     former: dict[str, list[int]] = {}
     for lot, version in found.keys() - newest:
         former.setdefault(lot, []).append(version)
     if former:
         columns = (STALL.c.lot, STALL.c.key, STALL.c.begins, STALL.c.ends)
-        rows = select(*columns).where(is_among(STALL.c.lot)).order_by(STALL.c.lot)
-        every = connection.execute(rows, {"among": json.dumps(list(former))})
-        for lot, stalls in itertools.groupby(every, key=lambda row: str(row.lot)):
+        asked = select(*columns).where(is_among(STALL.c.lot)).order_by(STALL.c.lot)
+        rows_of = connection.execute(asked, {"among": json.dumps(list(former))})
+        for lot, stalls in itertools.groupby(rows_of, key=lambda row: str(row.lot)):
             key, begins, ends = np.array([(row[1], row[2], _NEVER if row[3] is None else row[3]) for row in stalls]).T
             for version in former[lot]:
                 found[lot, version] = key[(begins <= version) & (ends > version)]

@@ -94,7 +94,7 @@ def looks_of(connection: Connection, surveys: Sequence[int]) -> Looks:
     if surveys:
         asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(is_among(LOOKS.c.survey))
         among = {"among": json.dumps([*surveys])}
-        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked, among)}
+        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked, among).all()}
     highest = connection.execute(select(func.max(STALL.c.key))).scalar() or 0
     whole = {survey: cast("tuple[float, bytes]", piece) for survey, piece in found.items() if _is_whole(*piece)}
     damaged = found.keys() - whole.keys() | _with_wrong_values(whole, highest)

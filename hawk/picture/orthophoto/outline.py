@@ -132,11 +132,18 @@ def _place(shape: BaseGeometry) -> str:
     return f"{(bottom + top) / 2:.4f}, {(left + right) / 2:.4f}"
 
 
-def read_private(path: Path) -> tuple[BaseGeometry, ...]:
+def read_private(path: Path) -> tuple[Polygon, ...]:
     """Return the areas of a file as ground that nobody may look at, (longitude, latitude).
 
-    Raises PictureError: it cannot be read, or holds no area.
+    Raises PictureError, which names the option: it cannot be read, or holds no area.
     """
+    try:
+        return _private_areas(path)
+    except PictureError as error:
+        raise PictureError(f"--private: {error}") from error
+
+
+def _private_areas(path: Path) -> tuple[Polygon, ...]:
     found = _features_in(path)
     if any(each.facts.get("amenity") == _PARKING for each in found):
         raise PictureError(f"{path}: holds parking lots (amenity=parking); name a file with private ground alone")

@@ -79,11 +79,7 @@ def start(
 
 def _private_rings(source: Orthophoto, path: Path) -> tuple[PixelRing, ...]:
     """Return the areas of a file in the pixels of a picture; holes are private too. Raises PictureError."""
-    try:
-        areas = read_private(path)
-    except PictureError as error:
-        raise PictureError(f"--private: {error}") from error
-    rings = (source.grid.in_picture(np.array(area.exterior.coords)[:, 1::-1]) for area in areas)
+    rings = (source.grid.in_picture(np.array(area.exterior.coords)[:, 1::-1]) for area in read_private(path))
     return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings if np.isfinite(ring).all())
 
 

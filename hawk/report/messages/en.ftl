@@ -214,3 +214,37 @@ section-note = Note
 sections-hours = Sections, weekday by hour: { $names }
 sections-hours-places = Mean number of vehicles in each hour of the week, as a share of { $places } places, with its range. Empty: nobody flew.
 sections-hours-alone = Mean number of vehicles in each hour of the week, with its range. Empty: nobody flew. Nobody said how many places there are.
+
+# -- several lots: the first page
+
+lots = { $count ->
+    [one] One lot
+   *[other] { $count } lots
+}
+lots-head = Lots
+part-lots = of each lot
+times-of-each = Times are those of each lot.
+lots-newest = The table has the newest survey of each lot; its own pages have the answer.
+newest-survey = Newest survey
+no-survey = no survey that counts
+drone = Drone
+due = Survey due
+due-since = since { $when }
+total = Total
+lots-together = How the errors of lots go together is not measured: the range of the total adds the ends of all ranges, as if all lots erred alike.
+lots-apart = If each lot erred for itself, { $range } stalls would be free.
+lots-apart-vehicles = If each lot erred for itself, there would be { $range } vehicles in sections.
+lots-unseen = Free: of all stalls. Those that a survey did not see are taken to be as full as the others.
+lots-moments = The total is of no single moment: the surveys are from { $first } to { $last }.
+lots-uncounted = { $count ->
+    [one] One lot has no survey that counts, and is in no total.
+   *[other] { $count } lots have no survey that counts, and are in no total.
+}
+sections-unseen = { $count ->
+    [one] one section not seen
+   *[other] { $count } sections not seen
+}
+total-alike = Total, as if all lots erred alike
+total-apart = Total, as if each lot erred for itself
+number = Number
+age-days = Age, days

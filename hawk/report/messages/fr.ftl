@@ -223,3 +223,37 @@ section-note = Note
 sections-hours = Sections, jour par heure : { $names }
 sections-hours-places = Nombre moyen de véhicules à chaque heure de la semaine, par rapport à { $places } places, avec sa fourchette. Vide : personne n’a volé.
 sections-hours-alone = Nombre moyen de véhicules à chaque heure de la semaine, avec sa fourchette. Vide : personne n’a volé. Le nombre de places n’est pas indiqué.
+
+# -- plusieurs parkings : la première page
+
+lots = { $count ->
+    [one] Un parking
+   *[other] { $count } parkings
+}
+lots-head = Parkings
+part-lots = de chaque parking
+times-of-each = Les heures sont celles de chaque parking.
+lots-newest = Le tableau donne le relevé le plus récent de chaque parking ; ses propres pages donnent la réponse.
+newest-survey = Dernier relevé
+no-survey = aucun relevé qui compte
+drone = Drone
+due = Relevé dû
+due-since = depuis { $when }
+total = Total
+lots-together = On n’a pas mesuré comment les erreurs des parkings vont ensemble : la fourchette du total additionne les bornes de toutes, comme si tous les parkings se trompaient de la même façon.
+lots-apart = Si chaque parking se trompait pour lui-même, { $range } places seraient libres.
+lots-apart-vehicles = Si chaque parking se trompait pour lui-même, il y aurait { $range } véhicules dans les sections.
+lots-unseen = Libres : de toutes les places. Celles qu’un relevé n’a pas vues sont prises pour aussi occupées que les autres.
+lots-moments = Le total n’est d’aucun moment précis : les relevés vont du { $first } au { $last }.
+lots-uncounted = { $count ->
+    [one] Un parking n’a aucun relevé qui compte et n’est dans aucun total.
+   *[other] { $count } parkings n’ont aucun relevé qui compte et ne sont dans aucun total.
+}
+sections-unseen = { $count ->
+    [one] une section non vue
+   *[other] { $count } sections non vues
+}
+total-alike = Total, comme si tous les parkings se trompaient de la même façon
+total-apart = Total, comme si chaque parking se trompait pour lui-même
+number = Numéro
+age-days = Âge, jours

@@ -26,6 +26,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 from pydantic_core import to_json
 
+from hawk.config.sections import DUE_DAYS
 from hawk.lots.answers import SpokenSentence
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
@@ -64,8 +65,6 @@ _LEVEL: Final = 4
 """Of gzip: a list of stalls is 8 times smaller, in 2 ms a megabyte less than at level 9."""
 MOST_KEPT_BYTES: Final = 8_000_000
 """Of the answers that are kept: the stalls of 60 surveys of a lot of 2,000 stalls."""
-DUE_DAYS: Final = 7
-"""Days from now on in which the next survey of a lot is looked for."""
 MINUTE_S: Final = 60.0
 BUSY: Final = "The store of lots is busy: ask again in some seconds."
 NO_LOTS: Final = "There is no store of lots here."

@@ -17,7 +17,7 @@ from hawk.lots.plan.kinds import Kind
 from hawk.lots.plan.operations import LONGEST_ROW
 from hawk.lots.plan.values import ID
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE, LotInputError
-from hawk.report.options import Language, Paper
+from hawk.report.options import MOST_LOTS, Language, Paper
 from hawk.stats.partition import Partition
 from hawk.web.access.admission import TOKEN_PARAMETER
 
@@ -184,8 +184,8 @@ def _parts(words: str) -> Any:
 Part = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
 
 
-class UseQuery(Period):
-    """Question about parts of a lot at some hours of the week."""
+class HoursQuery(Period):
+    """Hours of the week in a period."""
 
     weekday: Annotated[
         str | None, Field(max_length=_LONGEST_LIST, description="days, as mon-fri, sat or mon,wed; all without it")
@@ -194,17 +194,38 @@ class UseQuery(Period):
         str | None,
         Field(max_length=_LONGEST_LIST, description="hours, as 7-11, 8 or 7-9,16-18; all without it"),
     ] = None
+
+
+class UseQuery(HoursQuery):
+    """Question about parts of a lot at some hours of the week."""
+
     row: Annotated[tuple[Part, ...], _parts("row, as statistics by `row` name it")] = ()
     zone: Annotated[tuple[Part, ...], _parts("zone, as statistics by `zone` name it")] = ()
     kind: Annotated[tuple[Part, ...], _parts("kind of stalls, as statistics by `kind` name it")] = ()
     section: Annotated[tuple[Part, ...], _parts("section, whose vehicles are counted, not with stalls")] = ()
 
 
-class ReportQuery(UseQuery):
-    """Question, language and paper of a report."""
+class ReportOptions(Query):
+    """Language and paper of a report."""
 
     language: Annotated[Language, Field(description="language of the report; en without it")] = "en"
     paper: Annotated[Paper, Field(description="paper of the document; a4 without it")] = "a4"
+
+
+class ReportQuery(ReportOptions, UseQuery):
+    """Question, language and paper of a report."""
+
+
+class LotsReportQuery(ReportOptions, HoursQuery):
+    """Lots, hours, language and paper of a report over several lots."""
+
+    lot: Annotated[
+        tuple[Id, ...],
+        Field(
+            description=f"lot, {MOST_LOTS} at most; again for another one; all without it",
+            json_schema_extra={AGAIN: True},
+        ),
+    ] = ()
 
 
 class FeedOptions(Period):

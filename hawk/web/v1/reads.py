@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
 
+from hawk.exports.lot_places import lot_places
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson, survey_map
-from hawk.lots import lists, queries, section_lists
+from hawk.lots import lists, names, queries, section_lists
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.documents import arrival_log
@@ -70,6 +71,11 @@ def _period(connection: Connection, asked: Request[P]) -> Period:
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
     return _listed(lists.lots(connection, _part(asked.query), asked.due))
+
+
+def places_of_lots(connection: Connection, asked: Request[Query]) -> Answer:
+    """Return every lot as the page's map and table of them show it."""
+    return Answer(lot_places(connection, asked.due))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:
@@ -209,6 +215,21 @@ def report(
     query = asked.query
     wanted = Wanted(asked.id, _question(query), query.begin, query.end, query.time_zone, has_ground)
     return files.prepared(connection, pictures, wanted, kind, form, asked.now)
+
+
+def lots_of_report(connection: Connection, asked: Request[forms.LotsReportQuery]) -> list[str]:
+    """Return the lots that a report is asked over, whether it takes as many or not."""
+    return list(asked.query.lot) or names.lots_by_name(connection)
+
+
+def report_of_lots(
+    connection: Connection, pictures: PictureFolder, lots: Sequence[str], asked: Request[forms.LotsReportQuery],
+    kind: Kind, form: Form,
+) -> Prepared:  # fmt: skip
+    """Return a report over several lots, prepared to be written."""
+    query = asked.query
+    wanted = Wanted("", use_query.asked_of(query.weekday, query.hour), query.begin, query.end, query.time_zone)
+    return files.prepared_of_lots(connection, pictures, lots, wanted, kind, form, asked.now, asked.due)
 
 
 def surveys_use(connection: Connection, asked: Request[forms.SurveysOf]) -> Answer:

@@ -1,4 +1,4 @@
-"""The report of a lot's use as a file: by the lot's id, or by the token of a link.
+"""The report of the use of lots as a file: by a lot's id, by several, or by the token of a link.
 
 It is read on a thread of the store, as every answer is. PDF and workbook take seconds of work: a process of its own
 writes them, one at a time, and none in flight, where the page still shows the document.
@@ -17,12 +17,12 @@ from aiohttp.typedefs import Handler
 from hawk.formats import box
 from hawk.lots.store import FILE_S
 from hawk.lots.values import LotStoreError, StoreBusyError
-from hawk.report.options import CONTENT_TYPES, Form, Kind
+from hawk.report.options import CONTENT_TYPES, MOST_LOTS, Form, Kind
 from hawk.runtime.late import late_functions
 from hawk.web.downloads import is_on_ground
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import Answer, LotOf, answered, keep_missing_looks, made, opened, request_of
-from hawk.web.v1.parameters import ReportQuery
+from hawk.web.v1.parameters import LotsReportQuery, ReportQuery
 from hawk.web.v1.refusals import RefusedError
 
 if TYPE_CHECKING:
@@ -36,11 +36,13 @@ else:
 
 LIMITS: Final = box.Limits(memory_bytes=1_000_000_000, cpu_s=60, longest_s=FILE_S)
 """Of the process that writes a file: the largest lot takes a third (docs/results/report.md)."""
+A_LOT: Final = box.Limits(memory_bytes=20_000_000, cpu_s=2, longest_s=10)
+"""Addition for each further lot of a report: 50 take 42 s of the processor and 1 GB (docs/results/report.md)."""
 MOST_WAITING: Final = 4
 """Files that are written or wait; the next one is refused."""
 _BUSY: Final = "report: others are being written: ask again in a minute"
 _FLYING: Final = "cannot be written as this file in flight: take report.html now, or this once the motors are off"
-_TOO_MUCH: Final = "takes more memory or time than it may: ask for a shorter period, or print report.html"
+_TOO_MUCH: Final = "takes more memory or time than it may: ask for a shorter period or fewer lots, or print report.html"
 FRAMED: Final = "SAMEORIGIN"
 """X-Frame-Options of the document: the page of this server shows it in a frame."""
 
@@ -69,8 +71,7 @@ def handler(kind: Kind, lot_of: LotOf | None = None) -> Handler:
 
     async def handle(request: web.Request) -> web.StreamResponse:
         asked = request_of(request, ReportQuery)
-        if kind != "html" and not is_on_ground(request.app[SERVICES].status.value):
-            raise RefusedError(web.HTTPConflict.status_code, "report", _FLYING)
+        _check_ground(request, kind)
         store = await opened(request)
         if lot_of is not None:
             asked = replace(asked, path={**asked.path, "id": await lot_of(store, request)})
@@ -81,21 +82,61 @@ def handler(kind: Kind, lot_of: LotOf | None = None) -> Handler:
         def read(connection: Connection) -> Prepared:
             return reads.report(connection, pictures.pictures_of(store.path), asked, kind, form, has_ground)
 
-        file = await store.read(read, FILE_S)
-        data = file.data if file.maker is None else await _written(request.app[_QUEUE], file)
-        return await made(request, _answer(kind, data, file.policy, _name(kind, asked.id)))
+        return await _sent(request, kind, await store.read(read, FILE_S), asked.id[:8], LIMITS)
 
     return answered(handle)
 
 
-async def _written(queue: _Queue, file: Prepared) -> bytes:
+def lots_handler(kind: Kind) -> Handler:
+    """Return the handler of the address of a report over several lots."""
+
+    async def handle(request: web.Request) -> web.StreamResponse:
+        asked = request_of(request, LotsReportQuery)
+        _check_ground(request, kind)
+        store = await opened(request)
+        lots = await store.read(lambda connection: reads.lots_of_report(connection, asked))
+        for lot in lots[:MOST_LOTS]:
+            await keep_missing_looks(store, replace(asked, path={"id": lot}))
+        form = Form(asked.query.language, asked.query.paper)
+
+        def read(connection: Connection) -> Prepared:
+            return reads.report_of_lots(connection, pictures.pictures_of(store.path), lots, asked, kind, form)
+
+        return await _sent(request, kind, await store.read(read, FILE_S), "lots", _limits_of(len(lots)))
+
+    return answered(handle)
+
+
+def _check_ground(request: web.Request, kind: Kind) -> None:
+    """Refuse a file that costs seconds of the processor in flight. Raises RefusedError."""
+    if kind != "html" and not is_on_ground(request.app[SERVICES].status.value):
+        raise RefusedError(web.HTTPConflict.status_code, "report", _FLYING)
+
+
+def _limits_of(lots: int) -> box.Limits:
+    """Return the limits of a process that writes the report of some lots."""
+    return box.Limits(
+        memory_bytes=LIMITS.memory_bytes + (lots - 1) * A_LOT.memory_bytes,
+        cpu_s=LIMITS.cpu_s + (lots - 1) * A_LOT.cpu_s, longest_s=LIMITS.longest_s + (lots - 1) * A_LOT.longest_s,
+    )  # fmt: skip
+
+
+async def _sent(
+    request: web.Request, kind: Kind, file: Prepared, name: str, limits: box.Limits
+) -> web.StreamResponse:  # fmt: skip
+    """Return a prepared file, written where that is to be done. Raises StoreBusyError, LotStoreError."""
+    data = file.data if file.maker is None else await _written(request.app[_QUEUE], file, limits)
+    return await made(request, _answer(kind, data, file.policy, _name(kind, name)))
+
+
+async def _written(queue: _Queue, file: Prepared, limits: box.Limits) -> bytes:
     """Return a file that a process of its own writes. Raises StoreBusyError, LotStoreError."""
     if queue.waiting >= MOST_WAITING:
         raise StoreBusyError(_BUSY)
     queue.waiting += 1
     try:
-        async with asyncio.timeout(FILE_S), queue.lock:
-            return await box.read_apart(file.maker or "", file.data, {}, LIMITS)
+        async with asyncio.timeout(limits.longest_s), queue.lock:
+            return await box.read_apart(file.maker or "", file.data, {}, limits)
     except TimeoutError:
         raise StoreBusyError(_BUSY) from None
     except box.RefusedError as error:
@@ -113,6 +154,6 @@ def _answer(kind: Kind, data: bytes, policy: str, name: str) -> Callable[[], Ans
     return lambda: Answer(data, content_type=CONTENT_TYPES[kind], headers=headers)
 
 
-def _name(kind: Kind, lot: str) -> str:
+def _name(kind: Kind, of: str) -> str:
     """Return how a browser shows a file, and what it calls it: a workbook is for another program."""
-    return f'{"attachment" if kind == "xlsx" else "inline"}; filename="report-{lot[:8]}.{kind}"'
+    return f'{"attachment" if kind == "xlsx" else "inline"}; filename="report-{of}.{kind}"'

@@ -70,6 +70,7 @@ _FEED_TYPES: Final = tuple(each.content_type for each in ALL_FEEDS.values())
 _NAMED: Final = "; ".join(f"`{name}`, {feed.title}" for name, feed in ALL_FEEDS.items())
 
 
+_REPORTS: Final[dict[Kind, str]] = {"html": "a document", "pdf": "PDF", "xlsx": "a workbook"}
 _REPORT_LIMITS: Final[dict[Kind, str]] = {"html": "", "pdf": "; 409 in flight", "xlsx": "; 409 in flight"}
 
 
@@ -123,7 +124,7 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
         whole = "/shared/{token}" if by_link else "/lots/{id}"
         return Operation(
             "GET", f"{whole}/report.{kind}", f"{'shared_' if by_link else ''}report_{kind}",
-            f"Report of a lot's use as {called}, as `hawk-drone report` writes it{_REPORT_LIMITS[kind]}",
+            f"Report of a lot's use as {called}{_REPORT_LIMITS[kind]}",
             SHARED if by_link else STATISTICS, reports.handler(kind, links.lot_of if by_link else None), None,
             parameters.ReportQuery, content_types=(REPORT_TYPES[kind].partition(";")[0],), is_open=by_link,
         )  # fmt: skip
@@ -147,13 +148,15 @@ def _of_lot(by_link: bool) -> tuple[Operation, ...]:
             STATISTICS, reads.stalls_use, figures.StallsUse, parameters.Period, keep_missing_looks),
         one("/statistics/between", "between", "Changes of a lot's stalls from one survey to another one", STATISTICS,
             reads.between, Changed, parameters.Between, keep_missing_looks),
-        file("html", "a document"), file("pdf", "PDF"), file("xlsx", "a workbook"),
+        *(file(kind, called) for kind, called in _REPORTS.items()),
     )  # fmt: skip
 
 
 _READS: Final = (
     _read("/lots", "lots", "Lots, the oldest first", LOTS, reads.lots, lots.LotList, parameters.Listed,
           is_timed=True),
+    _read("/lots/places", "lot_places", "All lots with their places, as the page shows them", LOTS,
+          reads.places_of_lots, shapes.LotPlaces, is_timed=True),
     _read("/lots/{id}", "lot", "A lot", LOTS, reads.lot, lots.Lot, is_timed=True),
     _read("/lots/{id}/layouts", "layouts", "Versions of a lot's layout, the first one first", LOTS, reads.layouts,
           lots.LayoutList, parameters.Listed),
@@ -182,6 +185,16 @@ _READS: Final = (
     _read("/surveys/{id}/vehicles", "survey_vehicles", "Vehicles of a survey by the ground that they stand on", SURVEYS,
           reads.vehicles_of_survey, lots.VehicleCounts),
     *_of_lot(False),
+)  # fmt: skip
+
+_LOTS_REPORTS: Final = tuple(
+    Operation(
+        "GET", f"/report.{kind}", f"lots_report_{kind}",
+        f"Report over several lots as {called}{_REPORT_LIMITS[kind]}",
+        STATISTICS, reports.lots_handler(kind), None, parameters.LotsReportQuery,
+        content_types=(REPORT_TYPES[kind].partition(";")[0],),
+    )
+    for kind, called in _REPORTS.items()
 )  # fmt: skip
 
 _CHANGES: Final = (
@@ -309,5 +322,5 @@ _FEATURES: Final = (
 )  # fmt: skip
 
 OPERATIONS: Final[tuple[Operation, ...]] = (
-    *_READS, *_CHANGES, *_PLANS, *_LINKS, *_FEEDS, *_RECORDINGS, *_FEATURES,
+    *_READS, *_LOTS_REPORTS, *_CHANGES, *_PLANS, *_LINKS, *_FEEDS, *_RECORDINGS, *_FEATURES,
 )  # fmt: skip

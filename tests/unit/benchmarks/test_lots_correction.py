@@ -61,7 +61,7 @@ def test_the_corrected_plan_has_every_true_stall_at_its_place(tmp_path: Path) ->
     assert saved.lot is not None
     whole = [stall.id for stall, yes in zip(world.stalls, Views(world).counted, strict=True) if yes]
     with store.writing() as connection:
-        true = {stored: number for number, stored in stored_ids(connection, saved, look).items()}
+        true = {stored: number for number, stored in stored_ids(connection, saved.survey, look).items()}
         with edited(connection, saved.lot) as do:
             mended = correct(connection, saved.lot, do, world, true, whole)
         stalls = all_stalls(connection, saved.lot)

@@ -26,5 +26,9 @@ def test_every_lot_of_a_drawn_store_is_whole_and_listed(tmp_path: Path) -> None:
     store.close()
     times = measure(path, 5)
     section = figures(times, times)
-    assert {each.key for each in section.figures} == {"open_s", "first_s", "list_s", "list_part_s", "map_s", "lot_s"}
-    assert {each.ratio for each in section.figures} == {1.0}
+    keys = {"open_s", "first_s", "list_s", "list_part_s", "map_s", "features_s", "lot_s"}
+    assert {each.key for each in section.figures} == keys
+    assert {each.ratio for each in section.figures if each.key != "map_s"} == {1.0}
+    (shown,) = [each.reference for each in section.figures if each.key == "map_s"]
+    assert shown is not None
+    assert shown.value == times.seconds["features_s"]

@@ -6,12 +6,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from sqlalchemy import event
 
 from hawk.cli import main
 from hawk.comm.protocol.commands import Ack, Arm
 from hawk.comm.protocol.heartbeat import ClientId
 from hawk.config.sections import ConfigError, InboxSettings
 from hawk.daemon.desk import Under, ground_under, inbox_folder, refuse
+from hawk.lots.ingest import make_lot
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import NotFoundError
@@ -46,6 +48,25 @@ def test_the_newest_survey_with_a_picture_lies_under_the_plan(archive: Archive) 
     assert found.mosaic.map_id == surveys[1]
     assert found.datum == (DATUM.latitude, DATUM.longitude)
     assert set(found.mosaic.mosaic) == set(MOSAIC)
+
+
+@pytest.mark.slow
+def test_the_picture_is_found_by_as_many_statements_among_many_lots_as_in_one(archive: Archive) -> None:
+    pictures = pictures_of(archive.store.path)
+    pictures.write(archive.add(flown(1)).survey, MOSAIC)
+
+    def statements() -> int:
+        seen: list[object] = []
+        with archive.store.reading() as connection:
+            event.listen(connection, "before_cursor_execute", lambda *_: seen.append(0))
+            assert ground_under(connection, pictures, None) is not None
+        return len(seen)
+
+    few = statements()
+    with archive.store.writing() as connection:
+        for _ in range(10):
+            make_lot(connection, flown(1), 0)
+    assert statements() == few
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import json
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -8,7 +9,7 @@ import pytest
 from sqlalchemy import update
 
 from hawk.lots import commands, lists, time_zone
-from hawk.lots.ingest import save
+from hawk.lots.ingest import make_lot, save
 from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
 from hawk.lots.time_zone import zone_of_lot
@@ -39,7 +40,30 @@ def lot_of(store: Database) -> str:
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), PLACES.items())
 def test_a_lot_has_the_time_zone_of_its_place(store: Database, name: str, place: tuple[float, float]) -> None:
-    assert time_zone._of_places(frozenset(PLACES.values()))[place] == name
+    time_zone._learn(PLACES.values())
+    assert time_zone._known()[place] == name
+
+
+def test_the_map_of_time_zones_is_read_once_for_all_lots_and_again_for_new_places_alone(
+    store: Database, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[list[list[float]]] = []
+
+    def reader(*_: Any, **given: Any) -> Any:
+        asked.append(json.loads(given["input"]))
+        return subprocess.CompletedProcess((), 0, json.dumps(["Asia/Kolkata"] * len(asked[-1])))
+
+    monkeypatch.setattr(subprocess, "run", reader)
+    time_zone._known.cache_clear()
+    made = []
+    for number in range(3):
+        with store.writing() as connection:
+            made.append(make_lot(connection, survey(stalls=6), 1))
+            connection.execute(update(LOT).where(LOT.c.id == made[-1]).values(latitude=10.0 + number))
+            if number:
+                assert {zone_of_lot(connection, each) for each in made} == {"Asia/Kolkata"}
+    time_zone._known.cache_clear()
+    assert asked == [[[10.0, 5.0], [11.0, 5.0]], [[12.0, 5.0]]]
 
 
 @pytest.mark.slow

@@ -1,21 +1,27 @@
 from __future__ import annotations
 
 import dataclasses
+import json
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
+import shapely
 
 from hawk.lots.survey.landing import finished
+from hawk.lots.survey.private_ground import ERROR_M
 from hawk.lots.survey.source import Limit, SourceKind
+from hawk.model.lot_map import TILE_M
 from hawk.model.poses import GlobalPose
+from hawk.model.tile_picture import decode_picture
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import map_photos, survey_shots
 from hawk.picture.shot_detections import Files
 from hawk.picture.shot_poses import known_pose
-from hawk.picture.values import FlightId, PictureError, Provenance, Shot, ShotSet
+from hawk.picture.values import FlightId, PictureError, PictureSurvey, Provenance, Shot, ShotSet
+from hawk.results.survey_map import to_global
 from hawk.sim.photos import PhotoOptions, write_photos
 from hawk.sim.photos_tags import CAMERAS
 from tests.drawn_worlds import drawn_world
@@ -57,14 +63,33 @@ class Grey(Files):
         return np.full((shot.camera.height, shot.camera.width, 3), 130, np.uint8)
 
 
-@pytest.mark.slow
-def test_a_folder_becomes_a_survey(folder: Path, tmp_path: Path) -> None:
-    torn = tmp_path / "yard"
-    shutil.copytree(folder, torn)
-    names = sorted(path.name for path in torn.glob("*.JPG"))
-    (torn / names[1]).write_bytes((folder / names[1]).read_bytes()[:-20_000])
+@pytest.fixture(scope="module")
+def torn(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same photographs, the second one cut."""
+    path = tmp_path_factory.mktemp("torn") / "yard"
+    shutil.copytree(folder, path)
+    cut = sorted(path.glob("*.JPG"))[1]
+    cut.write_bytes(cut.read_bytes()[:-20_000])
+    return path
+
+
+@pytest.fixture(scope="module")
+def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of each step: a second map of the folder is made of them."""
+    return tmp_path_factory.mktemp("work")
+
+
+@pytest.fixture(scope="module")
+def plain(torn: Path, work: Path) -> tuple[PictureSurvey, list[str]]:
+    """The survey, and the steps of its work."""
     steps: list[str] = []
-    mapped = map_photos(torn, progress=lambda step, *_: steps.append(step))
+    return map_photos(torn, work=work, progress=lambda step, *_: steps.append(step)), list(dict.fromkeys(steps))
+
+
+@pytest.mark.slow
+def test_a_folder_becomes_a_survey(torn: Path, plain: tuple[PictureSurvey, list[str]]) -> None:
+    names = sorted(path.name for path in torn.glob("*.JPG"))
+    mapped, steps = plain
     whole = len(names) - 1
     assert len(mapped.survey.stalls) == pytest.approx(130, abs=10)
     assert mapped.survey.lot == "yard"
@@ -76,7 +101,32 @@ def test_a_folder_becomes_a_survey(folder: Path, tmp_path: Path) -> None:
     pictures = mapped.survey.pictures
     assert pictures is not None
     assert (pictures.words, pictures.limits, mapped.survey.time_is_sure) == ("photographs yard", (), True)
-    assert list(dict.fromkeys(steps)) == ["read", "match", "match again", "map", "finish"]
+    assert steps == ["read", "match", "match again", "map", "finish"]
+
+
+@pytest.mark.slow
+def test_private_ground_is_in_no_picture_and_nothing_is_counted_there(
+    torn: Path, work: Path, plain: tuple[PictureSurvey, list[str]], tmp_path: Path
+) -> None:
+    whole, _ = plain
+    datum = whole.landed.datum
+    middle = float(np.median([stall.east for stall in whole.landed.current.stalls.values()]))
+    ((_, longitude),) = to_global(datum, np.array([(0.0, middle)])).tolist()
+    garden = json.loads(shapely.to_geojson(shapely.box(longitude, 0.0, longitude + 0.1, 80.0)))
+    path = tmp_path / "gardens.geojson"
+    path.write_text(json.dumps({"type": "Feature", "geometry": garden, "properties": {}}))
+    mapped = map_photos(torn, private=path, work=work).landed.current
+    line = middle - ERROR_M
+    assert [stall for stall in mapped.stalls.values() if stall.east > line] == []
+    left = [sum(stall.east < line - 3.0 for stall in each.stalls.values()) for each in (whole.landed.current, mapped)]
+    assert left[1] == pytest.approx(left[0], abs=3)
+    shown = 0
+    for (_, column), tile in mapped.mosaic.items():
+        _, seen = decode_picture(tile.data)
+        easts = column * TILE_M + (np.arange(seen.shape[1]) + 0.5) * TILE_M / seen.shape[1]
+        assert not seen[:, easts > line + 0.5].any()
+        shown += int(seen[:, easts < line].any())
+    assert shown > 3
 
 
 @pytest.mark.slow

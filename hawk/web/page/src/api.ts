@@ -530,6 +530,24 @@ export interface LotPair {
   share: number;
 }
 
+/** All lots, the oldest first, a list for each value: a fifth of the list of lots. */
+export interface LotPlaces {
+  ids: string[];
+  names: string[];
+  latitudes: number[];
+  longitudes: number[];
+  time_zones: string[];
+  stalls: number[];
+  survey_counts: number[];
+  due: (string | null)[];
+  surveys: (string | null)[];
+  ended: (string | null)[];
+  free: (number | null)[];
+  taken: (number | null)[];
+  unknown: (number | null)[];
+  drones: (string | null)[];
+}
+
 /** A lot that was sent as a document: `state` of the document. `keeps_plan`: the plan is another one here. */
 export interface LotState {
   lot: string;

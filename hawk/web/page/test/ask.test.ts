@@ -284,6 +284,20 @@ describe("Report", () => {
   });
 });
 
+describe("the report over several lots", () => {
+  it("is the drone's document of these lots, with their period, and leads back to all of them", async () => {
+    let hash = `#/lots/${LOT}?show=document&lots=${LOT}&lots=${ONE}&from=2026-05-04`;
+    const route = new Route({ hash: () => hash, write: (next) => (hash = next) });
+    const views = Object.assign(new LotViews(), { route, access: { lots: [LOT, ONE].map((id) => ({ id, name: id, time_zone: "UTC", stalls: 1, survey_count: 0, due: null, last_survey: null })), unlisted: "", token: null, mayChange: true, operator: null } });
+    document.body.replaceChildren(views);
+    await settle();
+    await views.updateComplete;
+    assert.match(views.querySelector("iframe")!.getAttribute("src")!, new RegExp(`^api/v1/report\\.html\\?lot=${LOT}&lot=${ONE}&from=2026-05-04&language=en&paper=`));
+    [...views.querySelectorAll("button")].find((each) => words(each) === "All lots")!.click();
+    assert.match(hash, /show=all$/, "the lots of the document are no part of another place");
+  });
+});
+
 describe("whose clock it is", () => {
   it("stands once in the bar, with the newest survey's day by it", async () => {
     const lot = { id: LOT, name: "Market Street", time_zone: "America/Toronto", survey_count: 15, last_survey: { id: ONE, ended: "2026-05-11T14:02:00Z" } };

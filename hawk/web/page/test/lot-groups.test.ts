@@ -3,7 +3,7 @@ import { describe, it } from "node:test";
 import { APART_PX, groupsOf, type LotMark } from "../src/map/lot-groups.ts";
 
 function mark(id: string, east: number, north: number): LotMark {
-  return { id, name: id, words: "", taken: null, place: [east, north] };
+  return { id, name: id, words: () => "", taken: null, place: [east, north] };
 }
 
 const names = (marks: readonly LotMark[], resolution: number): string[] => groupsOf(marks, resolution).map((group) => group.map(({ id }) => id).join(" "));

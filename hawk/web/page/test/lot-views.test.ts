@@ -203,12 +203,12 @@ describe("lots over time", () => {
     for (const address of [`#/lots/${LOT}/${ONE}`, `#/lots/${LOT}`, `#/compare/${LOT}/${ONE}/${TWO}`, `#/compare/${LOT}`, `#/report/${LOT}`, `#/recordings/${LOT}`, "#/recordings"]) {
       asked = [];
       await open(address);
-      const soon = firstReads(address).filter((path) => path !== "lots?limit=1000" && !path.endsWith("/ground/whole")); // the bar's, and the map's
+      const soon = firstReads(address).filter((path) => path !== "lots/places" && !path.endsWith("/ground/whole")); // the bar's, and the map's
       assert.ok(soon.length > 0, address);
       for (const path of soon) assert.equal(asked.filter((each) => each === `api/v1/${path}`).length, 1, `${path} of ${address}: ${asked.join(" ")}`);
     }
-    assert.deepEqual(firstReads(`#/report/${LOT}?days=mon-fri`), ["lots?limit=1000"]);
-    assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots?limit=1000"]]);
+    assert.deepEqual(firstReads(`#/report/${LOT}?days=mon-fri`), ["lots/places"]);
+    assert.deepEqual([firstReads(""), firstReads(`#/fly/${LOT}`), firstReads("#/lots/<b>")], [[], [], ["lots/places"]]);
     const shared = "shared/secret/statistics";
     assert.deepEqual(firstReads("#secret"), [`${shared}/surveys?newest=8`]);
     assert.deepEqual(firstReads(`#secret/lots/${LOT}/${ONE}`), [`shared/secret/surveys/${ONE}/map`, `${shared}/surveys?survey=${ONE}`, `${shared}/surveys?newest=8`], "a link shows no picture");

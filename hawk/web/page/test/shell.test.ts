@@ -44,6 +44,15 @@ describe("the bar on every view", () => {
     assert.deepEqual(written, [[`#/lots/${OTHER}`, false]]);
   });
 
+  it("names the lot among hundreds, and leads to the table of all", async () => {
+    const { top } = await bar(`#/lots/${LOT}/${OTHER}`);
+    top.lots = Array.from({ length: 600 }, (_, k) => ({ ...ABOUT, id: k === 3 ? LOT : `${k}`, name: `Lot ${k}` }));
+    await top.updateComplete;
+    const link = top.querySelector(".lot a");
+    assert.deepEqual([link?.textContent, link?.getAttribute("href")], ["Lot 3", `#/lots/${LOT}?show=all`]);
+    assert.equal(top.querySelector(".lot select"), null);
+  });
+
   it("opens the documentation beside the page: the page of a flight is never left", async () => {
     const { top } = await bar("");
     assert.equal(top.querySelector(".help")?.getAttribute("target"), "_blank");

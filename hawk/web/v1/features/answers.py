@@ -144,6 +144,28 @@ class SurveyMap(Shown):
     corners: list[int]
 
 
+class LotPlaces(Shown):
+    """All lots, the oldest first, a list for each value: a fifth of the list of lots.
+
+    `surveys` to `drones` are about the newest survey of each, null without one; else as a listed lot has them.
+    """
+
+    ids: list[Id]
+    names: list[str]
+    latitudes: list[float]
+    longitudes: list[float]
+    time_zones: list[str]
+    stalls: list[Count]
+    survey_counts: list[Count]
+    due: list[Utc | None]
+    surveys: list[Id | None]
+    ended: list[Utc | None]
+    free: list[Count | None]
+    taken: list[Count | None]
+    unknown: list[Count | None]
+    drones: list[str | None]
+
+
 class SurveyStalls(Shown):
     """A survey with its stalls, as its GeoJSON file has them."""
 

@@ -10,7 +10,7 @@ from sqlalchemy import select, update
 
 from hawk.lots import commands, outbox
 from hawk.lots.documents import lot_document, parts, source
-from hawk.lots.schema import OUTBOX, SURVEY
+from hawk.lots.schema import DELIVERY, OUTBOX, SURVEY
 from hawk.lots.storage import states
 from hawk.lots.storage.backup import backup, restore
 from hawk.lots.values import LotStoreError, NotFoundError, new_id
@@ -116,6 +116,17 @@ def test_a_state_is_never_given_up(drone: Drone) -> None:
         assert not drone.do(outbox.note_failed, message, THERE, now)
         now += 86_400.0
     assert drone.do(outbox.due_state, THERE, now + 365 * 86_400.0) is not None
+
+
+def test_an_answer_to_a_state_in_whose_place_a_newer_one_is_notes_nothing(drone: Drone) -> None:
+    survey_id = drone.add(survey()).survey
+    message = drone.do(outbox.due_state, THERE, NOW)
+    drone.do(commands.delete, survey_id, WHO, NOW)
+    assert not drone.do(outbox.note_failed, message, THERE, NOW)
+    drone.do(outbox.note_sent, message, THERE, NOW)
+    drone.do(outbox.give_up, message, THERE, NOW)
+    assert drone.do(lambda c: c.execute(select(DELIVERY)).all()) == []
+    assert drone.do(outbox.due_state, THERE, NOW).seq > message.seq
 
 
 def test_reports_to_programs_are_no_states(drone: Drone) -> None:

@@ -134,7 +134,7 @@ def test_two_documents_behind_each_other_are_none() -> None:
 
 def test_a_document_of_a_newer_version_is_refused_with_the_remedy() -> None:
     words = refusal(sent({**golden(), "version": 2, "news": 1}))
-    assert words == ("version: is 2, of a newer hawk-drone, and this one reads up to 1: install a newer one here first")
+    assert words == "version: is 2, of a newer hawk-drone; who takes it in reads up to 1: upgrade that one"
 
 
 def changed(path: str, value: object) -> Json:

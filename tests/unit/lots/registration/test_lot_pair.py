@@ -9,9 +9,11 @@ from sqlalchemy import select
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands, queries
 from hawk.lots.answers import LotPair
+from hawk.lots.ingest import save
 from hawk.lots.registration.lot_pair import move_onto
 from hawk.lots.schema import LOT, OBSERVATION, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.values import Doubtful
 from tests.unit.lots.documents.drones import NOW, WHO, Drone
 from tests.unit.lots.documents.exchange import meet
 from tests.unit.lots.surveys import later, survey
@@ -103,11 +105,32 @@ def test_a_drone_without_a_link_sends_surveys_of_the_lot_that_became_part_of_ano
     assert surveys(apart.drones[NAMES[1]].store)[-1] == (apart.kept, "registered", 60)
 
 
-def test_a_lot_that_is_not_certainly_the_other_one_has_no_move(apart: Apart) -> None:
+def test_a_merge_finds_the_place_of_a_survey_that_had_none_in_its_own_lot(apart: Apart) -> None:
+    second = apart.drones[NAMES[1]]
+    second.do(save, later(survey(seed=5, stalls=60), 5, 48.0), None)
+    assert surveys(second.store)[-1] == (apart.other, "unregistered", 0)
+    apart.meet()
+    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
+    assert surveys(apart.desk.store)[-1] == (apart.kept, "registered", 60)
+    apart.meet()
+    assert surveys(second.store)[-1] == (apart.kept, "registered", 60)
+
+
+def test_surveys_of_a_lot_that_is_not_certainly_the_other_one_find_their_places_by_themselves(apart: Apart) -> None:
     apart.meet()
     apart.desk.edit(apart.other, {"do": "remove", "row": "A"})
     apart.desk.edit(apart.other, {"do": "remove", "row": "B"})
     apart.desk.edit(apart.other, {"do": "remove", "row": "C"})
     assert apart.desk.do(move_onto, apart.kept, apart.other, find_stalls) is None
     apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
-    assert surveys(apart.desk.store)[-1][:2] == (apart.kept, "unregistered")
+    assert surveys(apart.desk.store)[1:] == [(apart.kept, "registered", 60)] * 2
+
+
+def test_surveys_whose_places_are_not_certain_wait_with_their_doubts(apart: Apart) -> None:
+    apart.meet()
+    doubtful = Doubtful("too few stalls")
+    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, lambda *_: doubtful)
+    assert surveys(apart.desk.store)[1:] == [(apart.kept, "unregistered", 0)] * 2
+    with apart.desk.store.reading() as connection:
+        doubts = connection.execute(select(SURVEY.c.doubt).where(SURVEY.c.placed == "unregistered")).scalars()
+        assert all("too few stalls" in each for each in doubts)

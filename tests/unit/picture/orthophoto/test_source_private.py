@@ -87,11 +87,3 @@ def test_a_file_of_lots_or_without_an_area_is_refused(
         read_private(path)
     with pytest.raises(PictureError, match="--private: "):
         plan(picture, path)
-
-
-def test_photographs_have_no_use_for_it(tmp_path: Path, picture: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    photos = tmp_path / "photos"
-    photos.mkdir()
-    path = file_of(tmp_path, picture, (0, 0, 9, 9))
-    assert main(["map", str(photos), "--private", str(path), "--out", str(tmp_path / "out")]) == 1
-    assert "--private: has no use for a folder of photographs" in capsys.readouterr().err

@@ -30,6 +30,8 @@ from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
 from tests.unit.web.v1.archive import NOWHERE, Archive, Filled
 
+COUNTS = ("free", "taken", "unknown")
+
 
 async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive) -> None:
     whole = await archive.shown("/lots", lots.LotList)
@@ -38,6 +40,24 @@ async def test_lots_are_listed_in_parts_that_follow_each_other(archive: Archive)
     assert await archive.items("/lots?limit=1") == whole["items"]
     response = await archive.ask("/lots?limit=1")
     assert response.links["next"]["url"] == archive.address(f"/lots?limit=1&after={archive.lot}")
+
+
+async def test_all_lots_with_their_places_are_those_of_the_list_a_list_for_each_value(archive: Archive) -> None:
+    listed = (await archive.shown("/lots", lots.LotList))["items"]
+    found = await archive.shown("/lots/places", shapes.LotPlaces)
+    newest = [each["last_survey"] or {} for each in listed]
+    for key, name in {
+        "ids": "id",
+        "names": "name",
+        "time_zones": "time_zone",
+        "stalls": "stalls",
+        "due": "due",
+    }.items():
+        assert found[key] == [each[name] for each in listed]
+    assert found["survey_counts"] == [each["survey_count"] for each in listed]
+    for key, name in {"surveys": "id", "drones": "drone", **{name: name for name in ("ended", *COUNTS)}}.items():
+        assert found[key] == [each.get(name) for each in newest]
+    assert (found["latitudes"][0], found["longitudes"][0]) == pytest.approx((52.0, 5.0), abs=1e-6)
 
 
 async def test_a_lot_says_where_it_is_and_who_edits_its_plan(archive: Archive) -> None:

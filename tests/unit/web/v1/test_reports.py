@@ -172,3 +172,34 @@ async def test_without_the_extra_the_remedy_is_named(
     detail = (await refused.json(content_type=None))["detail"]
     assert "a PDF needs WeasyPrint" in detail
     assert "ask for .html" in detail
+
+
+@pytest.mark.slow
+async def test_several_lots_are_one_file_or_all_where_none_is_named(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for options in ("", f"?lot={desk.lot}&lot={desk.lot}&hour=7-11&language=fr"):
+        shown = await desk.get(f"/report.html{options}")
+        page = Page.of(await shown.text())
+        assert shown.status == 200
+        assert [row[0] for row in next(iter(page.tables.values()))[1:]] == [NAME, "Total"]
+        assert shown.headers["Content-Disposition"] == 'inline; filename="report-lots.html"'
+        assert shown.headers["Content-Security-Policy"].startswith("default-src 'none'")
+    book = await desk.get("/report.xlsx")
+    assert Book.of(await book.read()).sheets["Lots"][1][1] == NAME
+    for options, field, words in (
+        ("?row=A", "row", "is not known here"),
+        ("?lot=North", "lot", "must be an id"),
+        (f"?lot={'0' * 36}", "lot", "there is no lot with this id"),
+    ):
+        refused = await desk.get(f"/report.html{options}")
+        problem = await refused.json(content_type=None)
+        assert refused.status in (404, 422)
+        assert problem["field"].startswith(field)
+        assert words in problem["detail"]
+    monkeypatch.setattr("hawk.report.lots_report.MOST_LOTS", 0)
+    refused = await desk.get("/report.html")
+    assert refused.status == 422
+    assert "a report is over 0 lots at most, and these are 1: ask for fewer" in (await refused.text())
+    monkeypatch.setattr(reports, "is_on_ground", lambda _: False)
+    assert (await desk.get("/report.pdf")).status == 409

@@ -4,7 +4,7 @@ import type { Coordinate } from "./geometry.ts";
 export interface LotMark {
   id: string;
   name: string;
-  words: string;
+  words: () => string;
   /** Share of what is known that is taken, 0 to 1. */
   taken: number | null;
   place: Coordinate;

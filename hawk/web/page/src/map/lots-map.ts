@@ -1,3 +1,4 @@
+import { containsCoordinate } from "ol/extent.js";
 import { defaults as defaultInteractions } from "ol/interaction/defaults.js";
 import Layer from "ol/layer/Layer.js";
 import OlMap, { type FrameState } from "ol/Map.js";
@@ -68,6 +69,12 @@ export class LotsMap {
     const before = new Set(this.layer.marks.map(({ id }) => id));
     this.layer.show(marks);
     if (marks.some(({ id }) => !before.has(id))) this.showAll();
+  }
+
+  /** The lots whose places the map shows now. */
+  inSight(): Set<string> {
+    const extent = this.view.calculateExtent(this.map.getSize());
+    return new Set(this.layer.marks.filter(({ place }) => containsCoordinate(extent, place)).map(({ id }) => id));
   }
 
   showAll(): void {
@@ -160,7 +167,7 @@ function paint(context: CanvasRenderingContext2D, sight: Sight, groups: readonly
   const used = new Set<string>();
   for (const { group: [mark, ...others], pixel: [x, y] } of shown) {
     if (others.length > 0) continue;
-    const text = `${mark.name} · ${mark.words}`;
+    const text = `${mark.name} · ${mark.words()}`;
     const cells = cellsOf(x, y, context.measureText(text).width);
     if (cells.some((cell) => used.has(cell))) continue; // the table names it
     for (const cell of cells) used.add(cell);

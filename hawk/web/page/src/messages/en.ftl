@@ -1818,6 +1818,13 @@ all-lots-order = Order
 all-lots-by-name = By name
 all-lots-by-free = Fullest first
 all-lots-by-seen = Longest not seen first
+all-lots-in-sight = Only lots on the map
+all-lots-report =
+    { $lots ->
+        [one] Report of 1 lot
+       *[other] Report of { $lots } lots
+    }
+all-lots-report-most = A report has { $lots } lots at most: search for fewer.
 all-lots-found = { $lots } of { $all } lots
 all-lots-more = Show { $lots } more
 all-lots-stalls = Stalls

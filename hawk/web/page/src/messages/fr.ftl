@@ -1795,6 +1795,13 @@ all-lots-order = Ordre
 all-lots-by-name = Par nom
 all-lots-by-free = Les plus pleins d’abord
 all-lots-by-seen = Les plus anciens d’abord
+all-lots-in-sight = Seulement les parkings sur la carte
+all-lots-report =
+    { $lots ->
+        [one] Rapport de { $lots } parking
+       *[other] Rapport de { $lots } parkings
+    }
+all-lots-report-most = Un rapport a { $lots } parkings au plus : cherchez-en moins.
 all-lots-found = { $lots } parkings sur { $all }
 all-lots-more = { $lots } de plus
 all-lots-stalls = Places

@@ -1180,6 +1180,9 @@ export interface Messages {
   "all-lots-by-name": Record<string, never>;
   "all-lots-by-free": Record<string, never>;
   "all-lots-by-seen": Record<string, never>;
+  "all-lots-in-sight": Record<string, never>;
+  "all-lots-report": { lots: number };
+  "all-lots-report-most": { lots: string | number };
   "all-lots-found": { lots: string | number; all: string | number };
   "all-lots-more": { lots: string | number };
   "all-lots-stalls": Record<string, never>;

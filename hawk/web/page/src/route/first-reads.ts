@@ -27,7 +27,7 @@ export function firstReads(hash: string): string[] {
   const base = token === "" ? `lots/${lot}` : `shared/${token}`;
   const use = `${base}/statistics`;
   const newest = `${use}/surveys?newest=8`;
-  const lists = token !== "" ? [newest] : [view === "recordings" ? "recordings?limit=1000" : "", "lots?limit=1000"].filter((each) => each !== "");
+  const lists = token !== "" ? [newest] : [view === "recordings" ? "recordings?limit=1000" : "", "lots/places"].filter((each) => each !== "");
   if (!ID.test(lot) && token === "") return lists;
   if (isAsking || view === "recordings") return lists;
   if (view === "report") return [`${use}/ask`, ...lists];

@@ -28,9 +28,11 @@ export interface Place {
   at: string;
   /** A part of the view beside what it shows first. */
   show: "" | (typeof SHOWN)[number];
+  /** Lots of a document of **Lots**; none: all. */
+  lots: readonly string[];
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "" };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "", lots: [] };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
 const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after" | "recording")[]>> = {
   fly: ["lot"],
@@ -65,6 +67,7 @@ export function placeOf(hash: string): Place {
   place.by = BY.find((each) => each === given.get("by")) ?? "";
   place.at = read(given.get("at"), SHARE);
   place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
+  if (isOfLots(place)) place.lots = given.getAll("lots").filter((lot) => ID.test(lot));
   return place;
 }
 
@@ -76,10 +79,15 @@ export function unreadOf(hash: string): string[] {
   const names = PATHS[place.view];
   const lost = ids.filter((id, k) => id !== "" && (names[k] === undefined || place[names[k]] !== id));
   const given = [...new URLSearchParams(search)].filter(([name, value]) => {
-    if (name === "part") return !place.parts.includes(value);
+    if (name === "part" || name === "lots") return !place[name === "part" ? "parts" : "lots"].includes(value);
     return value !== "" && Object.hasOwn(NOWHERE, name) && place[name as keyof Place] !== value;
   });
   return [...(view === "" || view === place.view ? [] : [view]), ...lost, ...given.map(([name, value]) => `${name}=${value}`)];
+}
+
+/** The report over several lots, where another document is of one. */
+export function isOfLots({ view, show }: Place): boolean {
+  return view === "lots" && show === "document";
 }
 
 function isDay(text: string): boolean {
@@ -104,6 +112,7 @@ export function hashOf(place: Place): string {
   const { stall, section, t, parts, days, hours, from, to, by, at, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
   const given = Object.entries({ stall, section, t, days, hours, from, to, by, at, show }).filter(([, value]) => value !== "");
-  const search = new URLSearchParams([...parts.map((part) => ["part", part]), ...given]).toString();
+  const lots = isOfLots(place) ? place.lots : [];
+  const search = new URLSearchParams([...parts.map((part) => ["part", part]), ...given, ...lots.map((lot) => ["lots", lot])]).toString();
   return `#/${path}${search && `?${search}`}`;
 }

@@ -19,6 +19,9 @@ export interface DroneChip {
 /** A lot that may be chosen, and what is said of it. */
 export type BarLot = Pick<ListedLot, "id" | "name" | "time_zone"> & { survey_count: number | null; last_survey: { id: string; ended: string } | null };
 
+/** Lots that a list shows: among more, a person searches the table of all. */
+const MOST_CHOSEN = 500;
+
 /** On every view: the lot, the views, the drone's state, language and help. */
 @customElement("hawk-top")
 export class TopBar extends LitElement {
@@ -65,8 +68,10 @@ export class TopBar extends LitElement {
     const { lot, lots, place } = this;
     if (lots === null || lot === undefined) return nothing;
     const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", parts: [] });
-    const choice = html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
-    return html`<label class="lot">${lots.length > 1 ? choice : html`<b>${lot.name}</b>`}<span class="sub" title=${clockWords(lot.time_zone)}>${about(lot, place)}</span></label>`;
+    const choice = (): TemplateResult => html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
+    const name = html`<b>${lot.name}</b>`;
+    const shown = lots.length > MOST_CHOSEN ? html`<a href=${addressOf("lots", this.route, "all")} title=${say("all-lots")}>${name}</a>` : lots.length > 1 ? choice() : name;
+    return html`<label class="lot">${shown}<span class="sub" title=${clockWords(lot.time_zone)}>${about(lot, place)}</span></label>`;
   }
 }
 
@@ -92,6 +97,6 @@ export function viewLinks(views: readonly ViewName[], route: Route): TemplateRes
 }
 
 /** The lot is kept; the survey and the stall of another view are not this one's. */
-function addressOf(view: ViewName, route: Route): string {
-  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", show: "" });
+function addressOf(view: ViewName, route: Route, show: Place["show"] = ""): string {
+  return route.hashTo({ view, survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", show });
 }

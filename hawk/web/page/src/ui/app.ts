@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
-import type { ListedLot } from "../api.ts";
-import { readAll, type Refused } from "../link/api.ts";
+import type { Refused } from "../link/api.ts";
+import { type LotPlace, readLots } from "../link/lot-places.ts";
 import type { ViewName } from "../route/place.ts";
 import { Route } from "../route/route.ts";
 import { type DroneChip, viewLinks, viewsOf } from "../shell/top-bar.ts";
@@ -37,7 +37,7 @@ const AGAIN_MS = 5000;
 export class App extends LitElement {
   model!: Operator;
   @property({ attribute: false }) route = new Route();
-  @state() private lots: ListedLot[] | null = null;
+  @state() private lots: LotPlace[] | null = null;
   /** Why the lots could not be read. */
   @state() private unlisted = "";
   /** There is no store of lots. */
@@ -61,7 +61,7 @@ export class App extends LitElement {
   constructor() {
     super();
     new RedrawOnChange(this, () => this.model);
-    this.addEventListener("lots-listed", (event) => this.list((event as CustomEvent<ListedLot[]>).detail));
+    this.addEventListener("lots-listed", () => void this.listLots());
     this.addEventListener("open-panel", (event) => this.open((event as CustomEvent<string>).detail));
     this.dark.addEventListener("change", () => this.dress());
   }
@@ -182,7 +182,7 @@ export class App extends LitElement {
   /** The lots to choose from; the first one where the address names none. */
   private async listLots(): Promise<void> {
     try {
-      this.list(await readAll<ListedLot>("lots"));
+      this.list(await readLots());
     } catch (error) {
       const { message, status, isForNow } = error as Refused;
       this.isAlone = status === NOT_THERE;
@@ -193,7 +193,7 @@ export class App extends LitElement {
   }
 
   /** An address of a lot that is not there says so: another lot has other figures. */
-  private list(lots: ListedLot[]): void {
+  private list(lots: LotPlace[]): void {
     this.lots = lots;
     this.unlisted = "";
     const { lot } = this.route.place;

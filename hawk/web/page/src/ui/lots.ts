@@ -55,7 +55,7 @@ export class LotsList extends Part {
 
   private async ask(): Promise<void> {
     this.known = (await fetchLots()) ?? this.known;
-    if (this.known) this.dispatchEvent(new CustomEvent("lots-listed", { detail: this.known.lots, bubbles: true }));
+    if (this.known) this.dispatchEvent(new Event("lots-listed", { bubbles: true }));
   }
 
   private row(lot: ListedLot): TemplateResult {

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, query, state } from "lit/decorators.js";
-import type { ListedLot } from "../api.ts";
 import { LocalPlane } from "../fence/plane.ts";
+import type { LotPlace } from "../link/lot-places.ts";
 import { showScale } from "../map/geometry.ts";
 import { LotsMap } from "../map/lots-map.ts";
 import type { Place } from "../route/place.ts";
@@ -9,17 +9,19 @@ import { icon } from "../ui/icons.ts";
 import { timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { droneOf, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
+import { droneOf, firstLots, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
 
 const ZOOM = 1.6;
 /** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
+/** Number of lots of one report: `hawk.report.options.MOST_LOTS`. */
+const MOST_REPORTED = 50;
 const ORDERS: readonly LotOrder[] = ["name", "free", "seen", "due", "drone"];
 
 /** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
 @customElement("archive-all-lots")
 export class AllLotsView extends LitElement {
-  @property({ attribute: false }) lots: readonly ListedLot[] = [];
+  @property({ attribute: false }) lots: readonly LotPlace[] = [];
   /** Redraws the view in another language. */
   @property() spoken = "";
   /** Another one where the theme is another one. */
@@ -27,11 +29,13 @@ export class AllLotsView extends LitElement {
   @state() private wanted = "";
   @state() private order: LotOrder = "name";
   @state() private most = FIRST;
+  /** Lots that the map shows; null where the table has others, too. */
+  @state() private inSight: ReadonlySet<string> | null = null;
   /** Length of the scale in words. */
   @state() private metres = "";
   @query(".ol") private holder!: HTMLElement | null;
   private map: LotsMap | null = null;
-  private found: readonly ListedLot[] = [];
+  private found: readonly LotPlace[] = [];
 
   protected override createRenderRoot(): HTMLElement {
     return this;
@@ -44,12 +48,13 @@ export class AllLotsView extends LitElement {
   }
 
   override willUpdate(changed: PropertyValues): void {
-    if (["lots", "wanted", "order", "spoken"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted, this.order);
+    if (["lots", "wanted"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted);
   }
 
   override render(): TemplateResult {
     const { found } = this;
-    const listed = found.slice(0, this.most);
+    const wanted = this.shown;
+    const listed = firstLots(wanted, this.order, this.most);
     return html`<section class="map lots" aria-label=${say("map")}>
         <div class="ol" tabindex="0" role="application" aria-label=${say("all-lots-map", { lots: found.length })}></div>
         <div class="tools"><div class="group">${this.tool(say("zoom-in"), "plus", () => this.map?.zoom(ZOOM))}${this.tool(say("zoom-out"), "minus", () => this.map?.zoom(1 / ZOOM))}</div>
@@ -60,35 +65,37 @@ export class AllLotsView extends LitElement {
         <div class="fields">
           <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
           <label>${say("all-lots-order")}<select @change=${(event: Event) => (this.order = (event.target as HTMLSelectElement).value as LotOrder)}>${ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
-          <span class="sub" role="status">${say("all-lots-found", { lots: found.length, all: this.lots.length })}</span>
+          <label class="toggle"><input type="checkbox" .checked=${this.inSight !== null} @change=${(event: Event) => this.look((event.target as HTMLInputElement).checked)} />${say("all-lots-in-sight")}</label>
+          <button ?disabled=${wanted.length === 0 || wanted.length > MOST_REPORTED} title=${wanted.length > MOST_REPORTED ? say("all-lots-report-most", { lots: MOST_REPORTED }) : ""} @click=${() => this.report()}>${icon("download")}${say("all-lots-report", { lots: wanted.length })}</button>
+          <span class="sub" role="status">${say("all-lots-found", { lots: wanted.length, all: this.lots.length })}</span>
         </div>
         ${listed.length === 0 ? nothing : this.table(listed)}
-        ${found.length > listed.length ? html`<button @click=${() => (this.most += FIRST)}>${say("all-lots-more", { lots: Math.min(FIRST, found.length - listed.length) })}</button>` : nothing}
+        ${wanted.length > listed.length ? html`<button @click=${() => (this.most += FIRST)}>${say("all-lots-more", { lots: Math.min(FIRST, wanted.length - listed.length) })}</button>` : nothing}
       </div>`;
   }
 
   override updated(changed: PropertyValues): void {
     if (this.holder === null) return;
     const isNew = this.map === null;
-    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.moved());
+    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.drawn());
     if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour(this.holder);
     if (isNew || ["lots", "wanted", "spoken"].some((name) => changed.has(name))) this.mark(this.map);
     this.moved();
   }
 
   private mark(map: LotsMap): void {
-    const [first] = this.lots.flatMap(({ last_survey: last }) => (last ? [last.datum] : []));
+    const [first] = this.lots;
     if (!first) return;
-    const [Latitude, Longitude] = first;
-    const words = (lot: ListedLot): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
-    map.show(marksOf(lotsFound(this.lots, this.wanted, "name"), new LocalPlane({ Latitude, Longitude }), words));
+    const [Latitude, Longitude] = first.place;
+    const words = (lot: LotPlace): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
+    map.show(marksOf(this.found, new LocalPlane({ Latitude, Longitude }), words));
   }
 
   private tool(label: string, name: "plus" | "minus" | "whole", run: () => void): TemplateResult {
     return html`<button aria-label=${label} title=${label} @click=${run}>${icon(name)}</button>`;
   }
 
-  private table(lots: readonly ListedLot[]): TemplateResult {
+  private table(lots: readonly LotPlace[]): TemplateResult {
     const heads = ["archive-lot", "archive-free", "archive-taken", "archive-unknown", "all-lots-stalls", "all-lots-surveys", "all-lots-seen", "all-lots-drone", "all-lots-due"] as const;
     const cell = (column: (typeof heads)[number], value: string): TemplateResult => html`<td data-column=${say(column)}>${value}</td>`;
     return html`<div class="wide" tabindex="0" role="region" aria-label=${say("all-lots")}><table class="cards">
@@ -105,13 +112,42 @@ export class AllLotsView extends LitElement {
     </table></div>`;
   }
 
+  /** The map stands still, with its pins where there are lots. */
+  private drawn(): void {
+    if (this.lots.length > 0) this.dataset.drawn = "all";
+    this.moved();
+  }
+
   private moved(): void {
+    if (this.inSight !== null) this.look(true);
     if (this.map) this.metres = format.scaleLength(showScale(this, this.map.resolution), "metres");
+  }
+
+  /** Lists those lots alone that the map shows, or all that were found. */
+  private look(isInSight: boolean): void {
+    const found = isInSight && this.map ? this.map.inSight() : null;
+    const idsOf = (lots: ReadonlySet<string> | null): string => (lots === null ? "" : `of ${[...lots].join()}`);
+    if (idsOf(found) !== idsOf(this.inSight)) this.inSight = found;
+  }
+
+  /** The lots that were found, those alone that the map shows where a person wants these. */
+  private get shown(): readonly LotPlace[] {
+    const { inSight } = this;
+    return inSight === null ? this.found : this.found.filter(({ id }) => inSight.has(id));
+  }
+
+  /** Opens the report over the lots of the table, in their order. */
+  private report(): void {
+    const lots = firstLots(this.shown, this.order, MOST_REPORTED).map(({ id }) => id);
+    this.go({ show: "document", lots });
   }
 
   /** Opens the newest survey of a lot. */
   private open(lot: string): void {
-    const detail: Partial<Place> = { lot, survey: "", stall: "", section: "", show: "" };
+    this.go({ lot, survey: "", stall: "", section: "", show: "" });
+  }
+
+  private go(detail: Partial<Place>): void {
     this.dispatchEvent(new CustomEvent("archive-go", { detail, bubbles: true }));
   }
 }

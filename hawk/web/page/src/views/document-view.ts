@@ -1,6 +1,7 @@
 import { html, nothing, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
-import { query as queryOf, readFile } from "../link/api.ts";
+import { API, query as queryOf, readFile } from "../link/api.ts";
+import { isOfLots } from "../route/place.ts";
 import { icon } from "../ui/icons.ts";
 import { saveFile } from "../ui/save-file.ts";
 import { bytes } from "../words/format.ts";
@@ -13,7 +14,7 @@ type Paper = keyof typeof PAPERS;
 const FILES = ["pdf", "xlsx"] as const;
 type Kind = (typeof FILES)[number];
 
-/** The report of what is asked as the drone writes it: to read, print and download. Nothing in it runs. */
+/** The report of what is asked, or over several lots, as the drone writes it: to read, print and download. Nothing in it runs. */
 @customElement("archive-document")
 export class DocumentView extends View {
   /** As papers are where the browser's person lives. */
@@ -26,7 +27,7 @@ export class DocumentView extends View {
 
   override render(): TemplateResult {
     return html`<div class="fields">
-        <button @click=${() => this.go({ show: "" })}>${icon("left")}${say("ask-question-part")}</button>
+        <button @click=${() => this.go({ show: this.isOfLots ? "all" : "" })}>${icon("left")}${say(this.isOfLots ? "all-lots" : "ask-question-part")}</button>
         <button class="primary" @click=${() => this.frame.contentWindow?.print()}>${say("archive-print")}</button>
         ${FILES.map((kind) => html`<button @click=${() => void this.download(kind)}>${icon("download")}${say(`document-${kind}`)}</button>`)}
         <label>${say("document-paper")}<select @change=${(event: Event) => (this.paper = (event.target as HTMLSelectElement).value as Paper)}>${Object.entries(PAPERS).map(([name, words]) => html`<option value=${name} ?selected=${name === this.paper}>${words}</option>`)}</select></label>
@@ -36,8 +37,15 @@ export class DocumentView extends View {
       <iframe class="paper" ?hidden=${this.problem !== ""} @load=${() => void this.loaded()} title=${say("document-title")} sandbox="allow-same-origin allow-modals" src=${this.address("html")}></iframe>`;
   }
 
+  private get isOfLots(): boolean {
+    return isOfLots(this.place) && !this.source.isShared;
+  }
+
   private address(kind: Kind | "html"): string {
-    return `${this.source.base}/report.${kind}${queryOf({ ...askedOf(this.place), language: language(), paper: this.paper })}`;
+    const form = { language: language(), paper: this.paper };
+    const { from, to, days, hours, lots } = this.place;
+    if (this.isOfLots) return `${API}/report.${kind}${queryOf({ lot: lots, weekday: days, hour: hours, from, to, ...form })}`;
+    return `${this.source.base}/report.${kind}${queryOf({ ...askedOf(this.place), ...form })}`;
   }
 
   /** A refusal is shown in no frame: it is asked for again, and said. */

@@ -1,7 +1,7 @@
 import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property, state } from "lit/decorators.js";
-import type { ListedLot } from "../api.ts";
-import type { Place } from "../route/place.ts";
+import type { LotPlace } from "../link/lot-places.ts";
+import { isOfLots, type Place } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
 import type { Operator } from "../state/operator.ts";
 import { RedrawOnChange } from "../ui/redraw-on-change.ts";
@@ -13,7 +13,7 @@ import { wordsOf } from "./view.ts";
 /** What the views show: the person's lots, or the lot of a link. */
 export interface LotAccess {
   /** Null until they are read. */
-  lots: readonly ListedLot[] | null;
+  lots: readonly LotPlace[] | null;
   /** Why they could not be read. */
   unlisted: string;
   /** Token of a shared link; null with a login. */
@@ -75,7 +75,7 @@ export class LotViews extends LitElement {
   private head(place: Place): TemplateResult {
     const day = (end: "from" | "to"): TemplateResult => html`<label>${say(`archive-${end}`)}<input type="date" .value=${place[end]} @change=${(event: Event) => this.route.go({ [end]: (event.target as HTMLInputElement).value })} /></label>`;
     return html`<div class="head no-print">${this.parts(place)}
-      ${place.show === "stalls" ? html`<div class="fields">${day("from")} ${day("to")}</div>` : nothing}</div>`;
+      ${place.show === "stalls" || isOfLots(place) ? html`<div class="fields">${day("from")} ${day("to")}</div>` : nothing}</div>`;
   }
 
   private parts(place: Place): TemplateResult {

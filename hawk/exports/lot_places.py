@@ -1,0 +1,65 @@
+"""All lots as a map and a table of them show them, a list for each value: one answer for ten thousand lots.
+
+The values are those of a list of lots, without what only a view of one lot needs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from sqlalchemy import ColumnElement, Connection, Row, func, select
+
+from hawk.lots.queries import NextDue, never_due
+from hawk.lots.rows import readable
+from hawk.lots.schema import DOCUMENT, LOT, STALL, SURVEY
+from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.order import last_of, ordered_at
+from hawk.lots.time_zone import time_zones_of
+from hawk.lots.values import utc
+
+_DEGREES: Final = 6
+"""Decimals: a decimetre."""
+_OF_LOT: Final = (LOT.c.id, LOT.c.name, LOT.c.latitude, LOT.c.longitude, LOT.c.time_zone)
+_OF_SURVEY: Final = tuple(
+    SURVEY.c[name] for name in ("seq", "lot", "layout", "placed", "ended", "free", "taken", "unknown")
+)
+_NAMES: Final = (
+    "ids", "names", "latitudes", "longitudes", "time_zones", "stalls", "survey_counts", "due", "surveys", "ended",
+    "free", "taken", "unknown", "drones",
+)  # fmt: skip
+
+
+def lot_places(connection: Connection, due: NextDue = never_due) -> dict[str, list[Any]]:
+    """Return the lots that were not merged into another one, the oldest first, as
+    `hawk.web.v1.features.answers.LotPlaces` says; a damaged one is passed over.
+    """
+    stalls = select(func.count()).select_from(STALL).where(STALL.c.lot == LOT.c.id, STALL.c.ends.is_(None))
+    of_lot = SURVEY.alias()
+    surveys = select(func.count()).select_from(of_lot).where(of_lot.c.lot == LOT.c.id)
+    numbers = (_counted(stalls, "stalls"), _counted(surveys, "surveys"))
+    newest = (SURVEY.c.id.label("survey"), ordered_at().label("taken_at"), DOCUMENT.c.writer)
+    joined = LOT.outerjoin(SURVEY, SURVEY.c.seq == last_of(LOT.c.id))
+    joined = joined.outerjoin(DOCUMENT, DOCUMENT.c.survey == SURVEY.c.seq)
+    columns: list[Any] = [*_OF_LOT, *_OF_SURVEY, *numbers, *newest]
+    asked = select(*columns).select_from(joined).where(LOT.c.merged_into.is_(None))
+    rows = connection.execute(asked.order_by(LOT.c.made, LOT.c.id)).all()
+    counts = iter(counts_of(connection, [row._mapping for row in rows if row.survey is not None]))
+    counted = [None if row.survey is None else next(counts) for row in rows]
+    zones = time_zones_of(connection, [row._mapping for row in rows])
+    found = readable(lambda each: _values(rows[each], zones[each], counted[each], due), range(len(rows)))
+    return dict(zip(_NAMES, map(list, zip(*found, strict=True)) if found else [[] for _ in _NAMES], strict=True))
+
+
+def _counted(asked: Any, name: str) -> ColumnElement[int]:
+    found: ColumnElement[int] = asked.correlate(LOT).scalar_subquery().label(name)
+    return found
+
+
+def _values(row: Row[Any], zone: str, counts: Mapping[str, int] | None, due: NextDue) -> tuple[Any, ...]:
+    at = due(row.id, row.name, row.taken_at)
+    place = round(float(row.latitude), _DEGREES), round(float(row.longitude), _DEGREES)
+    of_lot = (row.id, row.name, *place, zone, row.stalls, row.surveys, None if at is None else utc(at.timestamp()))
+    if counts is None:
+        return (*of_lot, *(None,) * 6)
+    return (*of_lot, row.survey, utc(row.ended), counts["free"], counts["taken"], counts["unknown"], row.writer)
