@@ -120,8 +120,9 @@ def collect_lots(connection: Connection, document: LotDocument, writer: str) -> 
 
 def _plans(lots: Sequence[LotArrival], outcome: Outcome) -> tuple[bool, Outcome]:
     """Return whether a lot's plan is another one here, and the outcome of a document with these lots."""
-    waits = any(each.outcome is Outcome.WAITS for each in lots)
-    return not all(each.is_current for each in lots), Outcome.WAITS if waits else outcome
+    found = [each.outcome for each in lots]
+    first = next((each for each in (Outcome.WAITS, Outcome.TAKEN) if each in found), outcome)
+    return not all(each.is_current for each in lots), first
 
 
 def _fields_of(lots: Iterable[LotPart]) -> dict[str, str]:

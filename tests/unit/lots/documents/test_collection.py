@@ -133,7 +133,11 @@ def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Dron
     answers = [collected(centre, data) for data in drone.sent[:6]]
     before = shown(centre)
     last = drone.sent[5]
-    assert [each.outcome for each in answers] == [Outcome.TAKEN] * 6
+    taken, known = Outcome.TAKEN, Outcome.KNOWN
+    outcomes = [taken, taken, taken, taken, known, taken]
+    assert [each.outcome for each in answers] == outcomes, (
+        "the fourth brings a plan, the fifth neither that nor a survey"
+    )
     assert collected(centre, last) == replace(answers[-1], outcome=Outcome.KNOWN)
     assert shown(centre) == before
 
