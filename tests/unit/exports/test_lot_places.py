@@ -1,0 +1,87 @@
+"""All lots in one answer are those of the list of lots, after each day of their life."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sqlalchemy import Connection
+
+from hawk.exports import lot_places as module
+from hawk.exports.lot_places import lot_places
+from hawk.lots import lists
+from hawk.lots.survey.counts import counts_of
+from hawk.lots.values import utc
+from tests.unit.lots.documents.drones import Drone, days
+from tests.unit.lots.surveys import later, survey
+
+
+@pytest.fixture
+def drone(tmp_path: Path) -> Iterator[Drone]:
+    made = Drone.at(tmp_path / "lots.db")
+    yield made
+    made.store.close()
+
+
+def listed(connection: Connection) -> list[tuple[object, ...]]:
+    """Return what the list of lots says, as the answer's values of each lot have it."""
+    found: list[tuple[object, ...]] = []
+    for lot in lists.lots(connection, lists.Asked()).items:
+        last = lot.last_survey
+        counts = (None,) * 6
+        if last is not None:
+            ended = utc(last.ended.timestamp())
+            counts = (last.id, ended, last.free, last.taken, last.unknown, last.drone)  # type: ignore[assignment]
+        found.append((lot.id, lot.name, lot.time_zone, lot.stalls, lot.survey_count, lot.due, *counts))
+    return found
+
+
+def shown(connection: Connection) -> list[tuple[object, ...]]:
+    values = dict(lot_places(connection))
+    for place in ("latitudes", "longitudes"):
+        values.pop(place)
+    return list(zip(*values.values(), strict=True))
+
+
+@pytest.mark.slow
+def test_they_are_those_of_the_list_after_each_change_of_a_survey_or_a_plan(drone: Drone) -> None:
+    states = []
+    for _ in days(drone):
+        with drone.store.reading() as connection:
+            states.append(shown(connection))
+            assert states[-1] == listed(connection)
+    assert len({str(each) for each in states}) > 8
+    assert {len(each) for each in states} >= {1, 2}
+
+
+def test_only_what_has_changed_is_counted_again(drone: Drone, monkeypatch: pytest.MonkeyPatch) -> None:
+    counted: list[int] = []
+
+    def noted(connection: Connection, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        counted.append(len(rows))
+        return counts_of(connection, rows)
+
+    monkeypatch.setattr(module, "counts_of", noted)
+    lot = drone.add(survey()).lot
+    with drone.store.reading() as connection:
+        before = shown(connection)
+        assert shown(connection) == before
+    drone.add(later(survey(seed=2), 2))
+    with drone.store.reading() as connection:
+        assert shown(connection) != before
+    assert lot is not None
+    drone.edit(lot, {"do": "remove", "row": "A"})
+    with drone.store.reading() as connection:
+        assert shown(connection) == listed(connection)
+    assert counted == [1, 0, 1, 1]
+
+
+def test_a_damaged_survey_is_passed_over_as_in_the_list(drone: Drone) -> None:
+    drone.add(survey())
+    drone.do(lambda connection: connection.exec_driver_sql("UPDATE survey SET ended = 1e300"))
+    with drone.store.reading() as connection:
+        ((*_, survey_id, ended, free, _, _, _),) = shown(connection)
+        assert (survey_id, ended, free) == (None, None, None)
+        assert shown(connection) == listed(connection)
