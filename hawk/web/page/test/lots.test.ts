@@ -87,6 +87,27 @@ describe("the lots", () => {
     assert.equal(stage.part.querySelectorAll("li b b").length, 0);
   });
 
+  it("are thirty at most: a person searches among more, and only those that are shown are asked for proposals", async () => {
+    const { fetch } = globalThis;
+    const many = list(...Array.from({ length: 45 }, (_, k) => ({ ...LOTS[1], id: `lot-${k}`, name: `Étage ${k}` })));
+    const asked: string[] = [];
+    globalThis.fetch = (address, options) => {
+      if ((address as string).includes("proposals")) asked.push(address as string);
+      return (address as string).includes("/lots?") ? Promise.resolve(Response.json(many)) : fetch(address, options);
+    };
+    const stage = await shown();
+    const rows = (): number => stage.part.querySelectorAll("ul > li").length;
+    assert.deepEqual([rows(), asked.length], [30, 30]);
+    assert.ok(words(stage.part).includes("30 of 45 lots"));
+    const search = stage.part.querySelector<HTMLInputElement>("input[type=search]");
+    assert.ok(search);
+    search.value = "etage 44";
+    search.dispatchEvent(new Event("input"));
+    await stage.drawn();
+    assert.equal(rows(), 1);
+    assert.ok(asked.at(-1)?.includes("lot-44"));
+  });
+
   it("without a stall say how many sections they have", async () => {
     globalThis.fetch = (address) => Promise.resolve(answerOf(address as string, { ...LISTED, lots: list({ ...LOTS[1], stalls: 0, sections: 3 }) }));
     const stage = await shown();

@@ -5,6 +5,7 @@ import type { ListedLot, Survey } from "../api.ts";
 import { chooseClock, fetchLots, type Lots, moveSurvey, nameLot } from "../link/lots.ts";
 import { cannot, isViewer } from "../words/actions.ts";
 import { clockNames, clockWords, timeOnClock } from "../words/clock.ts";
+import { withWords } from "../words/find.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import "./day-plan.ts";
@@ -14,6 +15,9 @@ import { drone } from "./quoting.ts";
 
 /** As the drone allows. */
 export const LONGEST_LOT_NAME = 80;
+
+/** Rows that are shown at once: each asks the drone for the proposals of its lot. */
+const FIRST = 30;
 
 /** A row stays that of its lot when another one comes: a press must not fall on the next. */
 const ID = ({ id }: { id: string }): string => id;
@@ -26,16 +30,19 @@ export class LotsList extends Part {
   @state() private problem = "";
   /** Ids of the lots that are chosen for one flight. */
   @state() private chosen: ReadonlySet<string> = new Set();
+  @state() private wanted = "";
   private askedFor = "";
 
   override render(): TemplateResult | typeof nothing {
     const { known } = this;
     if (known === null || known.lots.length + known.undecided.length === 0) return nothing;
+    const found = withWords(known.lots, this.wanted, ({ name }) => name);
     return html`<section class="lots" aria-label=${say("lots")}>
       <div class="head"><b>${say("lots")}</b> <a class="button" href="#/lots">${say("lots-over-time")}</a></div>
       ${repeat(known.undecided, ID, (survey) => this.question(survey, known.lots))}
+      ${known.lots.length > FIRST ? this.search(Math.min(found.length, FIRST), known.lots.length) : nothing}
       <ul @lot-changed=${() => this.ask()}>${repeat(
-        known.lots,
+        found.slice(0, FIRST),
         ID,
         (lot) => html`<li>${this.renamed === lot.id ? this.form(lot) : this.row(lot)}
         <hawk-lot-changes .model=${this.model} .lot=${lot.id} .stamp=${known.stamp}></hawk-lot-changes></li>`,
@@ -43,6 +50,11 @@ export class LotsList extends Part {
       ${this.round(known.lots)}
       <div role="alert" class="sub">${this.problem === "" ? nothing : drone(this.problem)}</div>
     </section>`;
+  }
+
+  private search(lots: number, all: number): TemplateResult {
+    return html`<label>${say("all-lots-search")} <input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
+      <span class="sub" role="status">${say("all-lots-found", { lots, all })}</span>`;
   }
 
   /** Asks again when a message has come: each survey that was stored is one. Proposals cost the drone seconds: nothing is asked while another view is shown. */

@@ -1,6 +1,7 @@
 import type { LocalPlane } from "../fence/plane.ts";
 import type { LotPlace } from "../link/lot-places.ts";
 import type { LotMark } from "../map/lot-groups.ts";
+import { withWords } from "../words/find.ts";
 import { language } from "../words/say.ts";
 
 /** Orders of the table: by name, the fullest first, the one that was seen longest ago first, the one that is due first, by drone. */
@@ -12,19 +13,9 @@ export function takenShare({ last_survey: last }: Pick<LotPlace, "last_survey">)
   return last === null || known === 0 ? null : last.taken / known;
 }
 
-/** Letters without their accents and in lower case: "etoile" finds "Étoile". */
-function plain(text: string): string {
-  return text.normalize("NFD").replaceAll(/\p{M}/gu, "").toLowerCase();
-}
-
 /** The lots whose names, or drones, hold all words that are wanted. */
 export function lotsFound(lots: readonly LotPlace[], wanted: string): readonly LotPlace[] {
-  const words = plain(wanted).split(/\s+/).filter((word) => word !== "");
-  if (words.length === 0) return lots;
-  return lots.filter((lot) => {
-    const here = plain(`${lot.name} ${droneOf(lot)}`);
-    return words.every((word) => here.includes(word));
-  });
+  return withWords(lots, wanted, (lot) => `${lot.name} ${droneOf(lot)}`);
 }
 
 /** The first ones of lots in an order, `most` of them; those that nobody saw are the first by age. */
