@@ -77,7 +77,7 @@ export class AllLotsView extends LitElement {
   override updated(changed: PropertyValues): void {
     if (this.holder === null) return;
     const isNew = this.map === null;
-    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.drawn());
+    this.map ??= new LotsMap(this.holder, (lot) => this.open(lot), () => this.moved());
     if (changed.has("theme") && changed.get("theme") !== undefined) this.map.recolour(this.holder);
     if (isNew || ["lots", "wanted", "spoken"].some((name) => changed.has(name))) this.mark(this.map);
     this.moved();
@@ -89,6 +89,7 @@ export class AllLotsView extends LitElement {
     const [Latitude, Longitude] = first.place;
     const words = (lot: LotPlace): string => (lot.last_survey === null ? say("all-lots-never") : say("all-lots-free", { free: lot.last_survey.free }));
     map.show(marksOf(this.found, new LocalPlane({ Latitude, Longitude }), words));
+    this.dataset.drawn = "all"; // by the browser's next picture
   }
 
   private tool(label: string, name: "plus" | "minus" | "whole", run: () => void): TemplateResult {
@@ -110,12 +111,6 @@ export class AllLotsView extends LitElement {
           ${cell("all-lots-drone", droneOf(lot) || "–")}${cell("all-lots-due", lot.due !== null && Date.parse(lot.due) <= Date.now() ? say("all-lots-due-since", { when: due }) : due)}</tr>`;
       })}</tbody>
     </table></div>`;
-  }
-
-  /** The map stands still, with its pins where there are lots. */
-  private drawn(): void {
-    if (this.lots.length > 0) this.dataset.drawn = "all";
-    this.moved();
   }
 
   private moved(): void {
