@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from difflib import get_close_matches
 from typing import Final
 
 from sqlalchemy import Connection, select
@@ -12,6 +13,8 @@ from hawk.lots.values import NotFoundError, utc
 
 SHOWN: Final = 10
 """Surveys that an error lists, the newest ones; lots, by name."""
+_LIKE: Final = 0.5
+"""Likeness of two names, `difflib.SequenceMatcher.ratio`."""
 _BEGINNING: Final = 8
 """Characters of an id that an error shows: enough to choose one by."""
 
@@ -24,8 +27,15 @@ def lot_named(connection: Connection, given: str) -> str:
         return str(found[0])
     if found:
         raise NotFoundError(f"LOT: {len(found)} lots are called {given!r}; give the id of one: {', '.join(found)}")
-    names = ", ".join(sorted(repr(row.name) for row in rows)) or "none"
-    raise NotFoundError(f"LOT: no lot is called {given!r}; there are {names}")
+    raise NotFoundError(f"LOT: no lot is called {given!r}; there are {_names([row.name for row in rows], given)}")
+
+
+def _names(names: Sequence[str], given: str) -> str:
+    """Return lots' names by their letters; of many those that are most like the one that was given."""
+    if len(names) <= SHOWN:
+        return ", ".join(map(repr, sorted(names))) or "none"
+    near = get_close_matches(given, names, SHOWN, _LIKE)
+    return f"{len(names)}, most like it {', '.join(map(repr, near))}" if near else f"{len(names)}, none like it"
 
 
 def lots_by_name(connection: Connection) -> list[str]:

@@ -61,8 +61,10 @@ def add_report_command(commands: Any, due: Due) -> None:
 
 
 def _run(options: argparse.Namespace, due: Due) -> int:
-    if options.all == bool(options.lot):
-        raise ConfigError("LOT: name lots, or all of them by --all; not both")
+    if not options.all and not options.lot:
+        raise ConfigError("LOT: name one or more lots, or write --all for all of them")
+    if options.all and options.lot:
+        raise ConfigError("--all: means all lots; leave it out, or the names")
     schedule, now = config_of(options).schedule, time.time()
 
     def next_due(lot: str, name: str, last: float | None) -> datetime | None:
@@ -76,6 +78,9 @@ def _write(store: Path, options: argparse.Namespace, due: NextDue, now: float) -
     kind, form = out.suffix.lower().removeprefix("."), Form(options.language, options.paper)
     with stats.reading_lots(store, None if options.all else options.lot) as (connection, found):
         wanted, kept = Wanted("", asked, options.begin, options.end, options.time_zone), pictures.pictures_of(store)
+        if len(found) > MOST_LOTS:
+            named = "--all" if options.all else "LOT"
+            raise ConfigError(f"{named}: {MOST_LOTS} lots at most, and these are {len(found)}; write several reports")
         if options.all or len(found) > 1:
             file = files.prepared_of_lots(connection, kept, found, wanted, kind, form, now, due)
         else:

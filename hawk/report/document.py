@@ -129,7 +129,8 @@ def lots_notes(report: LotsReport, words: Words) -> list[str]:
         notes.append(words("lots-unseen"))
     if report.moments is not None:
         first, last = (words.moment(each, with_year=True) for each in report.moments)
-        notes.append(words("lots-moments", first=first, last=last))
+        if first != last:
+            notes.append(words("lots-moments", first=first, last=last))
     if report.uncounted:
         notes.append(words("lots-uncounted", count=report.uncounted))
     return notes

@@ -142,8 +142,12 @@ def lots_report(lines: Sequence[LotLine], asked: Asked, now: float) -> LotsRepor
 
 
 def _free(taken: Estimate, stalls: int) -> Estimate:
-    """Return how many of some stalls are free, by the share that is taken: unseen ones are as full as the others."""
-    value, high, low = (None if each is None else stalls * (1 - each) for each in (taken.value, taken.low, taken.high))
+    """Return how many of some stalls are free, by the share that is taken: unseen ones are as full as the others.
+
+    Whole stalls, as they are shown: readers add them up.
+    """
+    ends = (taken.value, taken.low, taken.high)
+    value, high, low = (None if each is None else float(round(stalls * (1 - each))) for each in ends)
     return Estimate(value, low, high, taken.surveys)
 
 

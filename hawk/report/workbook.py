@@ -125,7 +125,7 @@ def _write(sheet: Any, given: dict[str, Any], head: Any, forms: dict[Kind, Any])
 
 def _lots(report: LotsReport, words: Words) -> Sheet:
     """Return the first page as a sheet: a line a lot, the totals, and what a reader must know of them."""
-    heads = ("free-stalls", "low", "high", "vehicles", "low", "high")
+    heads = ("free-estimated", "low", "high", "vehicles", "low", "high")
     columns = (
         Column(words("number"), "count"), Column(words("lot"), width=_WIDE), Column(words("stalls"), "count"),
         *(Column(words(name), "number") for name in heads), Column(words("section-places"), "count"),

@@ -49,6 +49,7 @@ free = free
 taken = taken
 unclear = unclear
 free-stalls = free
+free-estimated = free, estimated
 taken-stalls = taken
 unclear-stalls = unclear
 north = N
@@ -234,7 +235,7 @@ total = Total
 lots-together = How the errors of lots go together is not measured: the range of the total adds the ends of all ranges, as if all lots erred alike.
 lots-apart = If each lot erred for itself, { $range } stalls would be free.
 lots-apart-vehicles = If each lot erred for itself, there would be { $range } vehicles in sections.
-lots-unseen = Free: of all stalls. Those that a survey did not see are taken to be as full as the others.
+lots-unseen = Free, estimated: of all stalls. Those that a survey did not see are taken to be as full as the others.
 lots-moments = The total is of no single moment: the surveys are from { $first } to { $last }.
 lots-uncounted = { $count ->
     [one] One lot has no survey that counts, and is in no total.

@@ -1,8 +1,13 @@
 from __future__ import annotations
 
-import pytest
+from pathlib import Path
 
-from hawk.lots.names import SHOWN, chosen_survey
+import pytest
+from sqlalchemy import insert
+
+from hawk.lots.names import SHOWN, chosen_survey, lot_named
+from hawk.lots.schema import LOT
+from hawk.lots.storage.database import Database
 from hawk.lots.values import LotInputError, NotFoundError, checked_name, fitting_name
 
 DAY_S = 86_400.0
@@ -22,6 +27,41 @@ def test_a_beginning_of_several_ids_names_them() -> None:
         "--survey: 2 surveys of this lot begin with 'af6f': write more of the id; they are "
         "af6f0002-2 of 1970-01-02T00:00:00Z, af6f0001-1 of 1970-01-01T00:00:00Z"
     )
+
+
+@pytest.mark.parametrize(
+    ("count", "given", "words"),
+    [
+        (0, "North", "there are none"),
+        (2, "North", "there are 'Lot 1', 'Lot 2'"),
+        (600, "Lot 77 North", "there are 600, most like it 'Lot 77'"),
+        (600, "Ztsch", "there are 600, none like it"),
+    ],
+)
+def test_a_lot_that_is_not_there_is_refused_with_names_like_it(
+    tmp_path: Path, count: int, given: str, words: str
+) -> None:
+    store = Database(tmp_path / "lots.db")
+    with store.writing() as connection:
+        lots = [
+            {
+                "id": f"{k}",
+                "name": f"Lot {k}",
+                "made": 0.0,
+                "latitude": 0.0,
+                "longitude": 0.0,
+                "outline": "{}",
+                "datum_is_pinned": False,
+            }
+            for k in range(1, count + 1)
+        ]
+        if lots:
+            connection.execute(insert(LOT), lots)
+    with store.reading() as connection, pytest.raises(NotFoundError) as raised:
+        lot_named(connection, given)
+    store.close()
+    assert f"no lot is called {given!r}; {words}" in str(raised.value)
+    assert len(str(raised.value)) < 200
 
 
 def test_without_one_the_newest_surveys_are_listed() -> None:

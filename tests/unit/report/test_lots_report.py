@@ -207,8 +207,8 @@ def test_what_cannot_be_reported_is_refused_with_the_remedy(
     run: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for given, words in (
-        ((), "LOT: name lots, or all of them by --all"),
-        (("South", "--all"), "LOT: name lots, or all of them by --all"),
+        ((), "LOT: name one or more lots, or write --all"),
+        (("South", "--all"), "--all: means all lots; leave it out"),
         (("South", "Nowhere"), "LOT: no lot is called 'Nowhere'"),
         (("--all", "--row", "A"), "--row: is a part of one lot: leave it out, or ask for the report of that lot alone"),
     ):

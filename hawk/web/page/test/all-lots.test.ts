@@ -74,7 +74,8 @@ describe("all lots", () => {
     document.body.replaceChildren(view);
     await view.updateComplete;
     const button = (): HTMLButtonElement => [...view.querySelectorAll("button")].find((each) => words(each).startsWith("Report of"))!;
-    assert.deepEqual([button().disabled, button().title], [true, "A report has 50 lots at most: search for fewer."]);
+    assert.equal(button().disabled, true);
+    assert.ok(words(view).includes("A report has 50 lots at most: search for fewer."));
     const search = view.querySelector<HTMLInputElement>("input[type=search]")!;
     search.value = "lot 1";
     search.dispatchEvent(new Event("input"));

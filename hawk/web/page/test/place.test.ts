@@ -49,6 +49,14 @@ describe("the place that the address names", () => {
 });
 
 describe("the address", () => {
+  it("whose lots cannot all be read opens the list of all, and no report over others", () => {
+    for (const lots of ["lots=nope", `lots=${ONE}&lots=${TWO.slice(0, 20)}`]) {
+      assert.equal(placeOf(`#/lots/${LOT}?show=document&${lots}`).show, "all", lots);
+      assert.ok(unreadOf(`#/lots/${LOT}?show=document&${lots}`).length > 0, lots);
+    }
+    assert.equal(placeOf(`#/lots/${LOT}?show=document`).show, "document");
+  });
+
   it("changes in place within a view, and by a step that goes back between views", () => {
     const written: [string, boolean][] = [];
     const route = new Route({ hash: () => `#/lots/${LOT}`, write: (hash, replace) => written.push([hash, replace]) });

@@ -67,7 +67,11 @@ export function placeOf(hash: string): Place {
   place.by = BY.find((each) => each === given.get("by")) ?? "";
   place.at = read(given.get("at"), SHARE);
   place.show = SHOWN.find((each) => each === given.get("show")) ?? "";
-  if (isOfLots(place)) place.lots = given.getAll("lots").filter((lot) => ID.test(lot));
+  if (isOfLots(place)) {
+    const lots = given.getAll("lots");
+    place.lots = lots.filter((lot) => ID.test(lot));
+    if (place.lots.length < lots.length) place.show = "all"; // no report over other lots than were meant
+  }
   return place;
 }
 

@@ -66,7 +66,8 @@ export class AllLotsView extends LitElement {
           <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
           <label>${say("all-lots-order")}<select @change=${(event: Event) => (this.order = (event.target as HTMLSelectElement).value as LotOrder)}>${ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
           <label class="toggle"><input type="checkbox" .checked=${this.inSight !== null} @change=${(event: Event) => this.look((event.target as HTMLInputElement).checked)} />${say("all-lots-in-sight")}</label>
-          <button ?disabled=${wanted.length === 0 || wanted.length > MOST_REPORTED} title=${wanted.length > MOST_REPORTED ? say("all-lots-report-most", { lots: MOST_REPORTED }) : ""} @click=${() => this.report()}>${icon("download")}${say("all-lots-report", { lots: wanted.length })}</button>
+          <button ?disabled=${wanted.length === 0 || wanted.length > MOST_REPORTED} @click=${() => this.report()}>${icon("download")}${say("all-lots-report", { lots: wanted.length })}</button>
+          ${wanted.length > MOST_REPORTED ? html`<span class="sub">${say("all-lots-report-most", { lots: MOST_REPORTED })}</span>` : nothing}
           <span class="sub" role="status">${say("all-lots-found", { lots: wanted.length, all: this.lots.length })}</span>
         </div>
         ${listed.length === 0 ? nothing : this.table(listed)}

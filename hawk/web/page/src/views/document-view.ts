@@ -1,4 +1,4 @@
-import { html, nothing, type TemplateResult } from "lit";
+import { html, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, query, state } from "lit/decorators.js";
 import { API, query as queryOf, readFile } from "../link/api.ts";
 import { isOfLots } from "../route/place.ts";
@@ -24,6 +24,10 @@ export class DocumentView extends View {
   /** Why there is no document. */
   @state() private problem = "";
   @query("iframe") private frame!: HTMLIFrameElement;
+
+  override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has("place")) this.news = {};
+  }
 
   override render(): TemplateResult {
     return html`<div class="fields">
