@@ -42,6 +42,7 @@ class Outcome(StrEnum):
 class Arrival:
     """An arrival. ``sender``: name of the token; "": it had none. ``name``: id of the survey or lot, name of the file,
     method and path of a request. ``state``: of the document. ``reason``: of a refusal, in words.
+    ``times``: with those that were refused unread before it.
     """
 
     sender: str
@@ -51,6 +52,7 @@ class Arrival:
     lot: str | None = None
     state: int | None = None
     reason: str = ""
+    times: int = 1
 
 
 class ListedArrival(Shown):

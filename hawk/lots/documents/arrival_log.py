@@ -37,7 +37,7 @@ def note(connection: Connection, arrival: Arrival, now: float) -> None:
         "sender": arrival.sender, "kind": arrival.kind.value, "name": name, "lot": lot, "state": arrival.state,
         "outcome": arrival.outcome.value, "reason": reason[:LONGEST],
     }  # fmt: skip
-    times = 1
+    times = arrival.times
     if arrival.outcome is Outcome.REFUSED:
         last = select(ARRIVAL).where(ARRIVAL.c.sender == arrival.sender).order_by(ARRIVAL.c.seq.desc()).limit(1)
         row = connection.execute(last).mappings().first()

@@ -33,6 +33,7 @@ class _Record:
     last: float
     blocked_until: float
     seen: list[bytes] = field(default_factory=list)
+    passed_over: int = 0
 
 
 class TokenGuesses:
@@ -72,6 +73,19 @@ class TokenGuesses:
         if len(self._records) > ADDRESS_LIMIT:
             self._records.popitem(last=False)
         return record.wrong
+
+    def pass_over(self, address: str) -> None:
+        """Count what came from an address that waits, and was not looked at."""
+        if (record := self._records.get(address)) is not None:
+            record.passed_over += 1
+
+    def take_passed_over(self, address: str) -> int:
+        """Return how many were passed over since the last call."""
+        record = self._records.get(address)
+        if record is None:
+            return 0
+        count, record.passed_over = record.passed_over, 0
+        return count
 
     def right(self, address: str) -> None:
         """Forget the wrong tokens of an address that sent the right one."""

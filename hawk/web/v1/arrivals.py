@@ -11,7 +11,7 @@ import logging
 from http import HTTPStatus
 from typing import Final
 
-from aiohttp import web
+from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
@@ -27,6 +27,7 @@ _LOG = logging.getLogger(__name__)
 
 FOR_OPERATORS: Final = "What came from drones is listed for operators: log in as operator."
 UNKNOWN_TOKEN: Final = "A token that is not known here, or was removed, from {network}."  # noqa: S105 - words
+NO_TOKEN: Final = "No token was sent, from {network}."  # noqa: S105 - words
 LONGEST_NAME: Final = 200
 _WRONG: Final = (
     HTTPStatus.UNAUTHORIZED, HTTPStatus.FORBIDDEN, HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
@@ -67,15 +68,20 @@ async def _note_refusal(request: web.Request, status: int, words: str) -> None:
     services, access, found = request.app[SERVICES], access_of(request), sent(request)
     drone = "" if access is None else access.drone
     is_here = services.collects or services.inbox is not None
-    if not is_here or status not in _NOTED or not (drone or found):
+    if not is_here or not (drone or found):
         return
-    refused = request.app[REFUSED]
-    if refused.wait_s(drone) > 0:
+    refused, network = request.app[REFUSED], network_of(request.remote)
+    sender = drone or network
+    if status == HTTPStatus.TOO_MANY_REQUESTS or (status in _NOTED and refused.wait_s(sender) > 0):
+        refused.pass_over(sender)
         return
+    if status not in _NOTED:
+        return
+    times = 1 + refused.take_passed_over(sender)
     if status in _WRONG:
-        refused.wrong(drone, str(refused.total))
+        refused.wrong(sender, str(refused.total))
     if status == HTTPStatus.UNAUTHORIZED:
-        words = UNKNOWN_TOKEN.format(network=network_of(request.remote))
+        words = (UNKNOWN_TOKEN if hdrs.AUTHORIZATION in request.headers else NO_TOKEN).format(network=network)
     if found is None:
         kind, name = ArrivalKind.OTHER, _shown(f"{request.method} {request.rel_url.raw_path}")
     elif found["file"] is not None:
@@ -83,7 +89,7 @@ async def _note_refusal(request: web.Request, status: int, words: str) -> None:
     else:
         kind, name = ArrivalKind(found["kind"]), found["id"]
     lot = name if kind is ArrivalKind.LOT else None
-    await note(request, Arrival(drone, kind, name, Outcome.REFUSED, lot, reason=_shown(words)))
+    await note(request, Arrival(drone, kind, name, Outcome.REFUSED, lot, reason=_shown(words), times=times))
 
 
 async def note(request: web.Request, arrival: Arrival) -> None:

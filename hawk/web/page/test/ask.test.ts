@@ -288,7 +288,7 @@ describe("the report over several lots", () => {
   it("is the drone's document of these lots, with their period, and leads back to all of them", async () => {
     let hash = `#/lots/${LOT}?show=document&lots=${LOT}&lots=${ONE}&from=2026-05-04`;
     const route = new Route({ hash: () => hash, write: (next) => (hash = next) });
-    const views = Object.assign(new LotViews(), { route, access: { lots: [LOT, ONE].map((id) => ({ id, name: id, time_zone: "UTC", stalls: 1, survey_count: 0, due: null, last_survey: null })), unlisted: "", token: null, mayChange: true, operator: null } });
+    const views = Object.assign(new LotViews(), { route, access: { lots: [LOT, ONE].map((id) => ({ id, name: id, time_zone: "UTC", stalls: 1, survey_count: 0, due: null, last_survey: null, place: [52, 5] })), unlisted: "", token: null, mayChange: true, operator: null } });
     document.body.replaceChildren(views);
     await settle();
     await views.updateComplete;
