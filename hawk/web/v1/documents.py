@@ -58,7 +58,7 @@ REFUSED: Final = web.AppKey("refused_arrivals", TokenGuesses)
 """Documents, files and requests of each drone that were refused for what they are; each makes the next one wait."""
 MOST_SENT: Final = 8
 """Documents and files that are received at once; a document takes 32 MB of memory at most."""
-_READ: Final = re.compile(f"{ROOT}/lots(/.*)?")
+_READ: Final = re.compile(f"{ROOT}/lots(/(?!.*/shares$).*)?")
 _WRITTEN: Final = re.compile(
     f"{ROOT}/(?:(?P<kind>survey|lot)s/(?P<id>{PATTERNS['id']})/document|inbox/(?P<file>[^/]+))"
 )

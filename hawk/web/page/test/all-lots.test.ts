@@ -5,7 +5,8 @@ import type { LotPlaces } from "../src/api.ts";
 import { LocalPlane } from "../src/fence/plane.ts";
 import { type LotPlace, lotsOf } from "../src/link/lot-places.ts";
 import { AllLotsView } from "../src/views/all-lots-view.ts";
-import { firstLots, type LotOrder, lotsFound, marksOf, takenShare } from "../src/views/all-lots.ts";
+import type { LotOrder } from "../src/route/place.ts";
+import { firstLots, lotsFound, marksOf, takenShare } from "../src/views/all-lots.ts";
 import { words } from "./stage.ts";
 
 type Last = NonNullable<LotPlace["last_survey"]>;
@@ -82,7 +83,11 @@ describe("all lots", () => {
     await view.updateComplete;
     assert.equal(words(button()), "Report of 14 lots");
     button().click();
+    assert.deepEqual(gone.splice(0, 1), [{ search: "lot 1", order: "" }], "the address has it: back leads to the same list");
     assert.deepEqual(gone, [{ show: "document", lots: [1, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 21, 31, 41].map((k) => `Lot ${k}`) }]);
+    view.place = { search: "lot 50", order: "seen" };
+    await view.updateComplete;
+    assert.deepEqual([search.value, view.querySelectorAll("tbody tr").length, view.querySelector("select")!.value], ["lot 50", 1, "seen"]);
     view.remove();
   });
 

@@ -10,7 +10,7 @@ const STALL = "00000000-0000-4000-8000-0000000000ff";
 
 describe("the place that the address names", () => {
   it("is written as it was read", () => {
-    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04&by=swipe&at=.5`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/lots/${LOT}?show=document&lots=${ONE}&lots=${TWO}`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
+    for (const address of [`#/compare/${LOT}/${ONE}/${TWO}?from=2026-05-04&by=swipe&at=.5`, `#/lots/${LOT}/${ONE}?stall=${STALL}&show=stalls`, `#/lots/${LOT}?show=document&lots=${ONE}&lots=${TWO}`, `#/lots/${LOT}?show=all&search=North+side&order=due`, `#/report/${LOT}?part=row.B&part=zone.West+side&days=mon-fri&hours=7-11%2C16&from=2026-05-01&show=document`, "#/recordings", `#/fly/${LOT}`]) {
       assert.equal(hashOf(placeOf(address)), address);
     }
     assert.equal(placeOf(`#/compare/${LOT}/${ONE}/${TWO}`).after, TWO);

@@ -103,7 +103,7 @@ async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: 
     assert written < opened
     assert opened - written == {
         (each.method, each.path) for each in OPERATIONS if each.method == "GET" and each.path.startswith("/lots")
-    }
+    } - {("GET", "/lots/{id}/shares")}
 
 
 @pytest.mark.slow

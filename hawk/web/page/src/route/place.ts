@@ -2,6 +2,10 @@ export const VIEWS = ["fly", "lots", "compare", "report", "recordings"] as const
 export type ViewName = (typeof VIEWS)[number];
 export const BY = ["swipe", "fade", "side"] as const;
 export const SHOWN = ["stalls", "document", "links", "all", "arrivals"] as const;
+/** Orders of all lots: by name, the fullest first, the one that was seen longest ago first, the one that is due first, by drone. */
+export const LOT_ORDERS = ["name", "free", "seen", "due", "drone"] as const;
+export type LotOrder = (typeof LOT_ORDERS)[number];
+const LONGEST_SEARCH = 100;
 
 /** What the page shows, as it stands behind the address's "#": a link leads there, and "back" goes back. */
 export interface Place {
@@ -30,9 +34,12 @@ export interface Place {
   show: "" | (typeof SHOWN)[number];
   /** Lots of a document of **Lots**; none: all. */
   lots: readonly string[];
+  /** Words that all lots are searched for, and their order; "" as the list begins. */
+  search: string;
+  order: "" | LotOrder;
 }
 
-const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "", lots: [] };
+const NOWHERE: Place = { view: "fly", lot: "", survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", from: "", to: "", parts: [], days: "", hours: "", by: "", at: "", show: "", lots: [], search: "", order: "" };
 /** Names behind the view, one after the other: "#/compare/LOT/BEFORE/AFTER". */
 const PATHS: Readonly<Record<ViewName, readonly ("lot" | "survey" | "before" | "after" | "recording")[]>> = {
   fly: ["lot"],
@@ -72,6 +79,10 @@ export function placeOf(hash: string): Place {
     place.lots = lots.filter((lot) => ID.test(lot));
     if (place.lots.length < lots.length) place.show = "all"; // no report over other lots than were meant
   }
+  if (isOfAll(place)) {
+    place.search = (given.get("search") ?? "").slice(0, LONGEST_SEARCH);
+    place.order = LOT_ORDERS.find((each) => each === given.get("order")) ?? "";
+  }
   return place;
 }
 
@@ -92,6 +103,10 @@ export function unreadOf(hash: string): string[] {
 /** The report over several lots, where another document is of one. */
 export function isOfLots({ view, show }: Place): boolean {
   return view === "lots" && show === "document";
+}
+
+function isOfAll({ view, show }: Place): boolean {
+  return view === "lots" && show === "all";
 }
 
 function isDay(text: string): boolean {
@@ -115,7 +130,8 @@ function read(value: string | null | undefined, pattern: { test: (value: string)
 export function hashOf(place: Place): string {
   const { stall, section, t, parts, days, hours, from, to, by, at, show } = place;
   const path = [place.view, ...PATHS[place.view].map((key) => place[key])].join("/").replace(/\/+$/, "");
-  const given = Object.entries({ stall, section, t, days, hours, from, to, by, at, show }).filter(([, value]) => value !== "");
+  const { search: words, order } = isOfAll(place) ? place : NOWHERE;
+  const given = Object.entries({ stall, section, t, days, hours, from, to, by, at, show, search: words, order }).filter(([, value]) => value !== "");
   const lots = isOfLots(place) ? place.lots : [];
   const search = new URLSearchParams([...parts.map((part) => ["part", part]), ...given, ...lots.map((lot) => ["lots", lot])]).toString();
   return `#/${path}${search && `?${search}`}`;

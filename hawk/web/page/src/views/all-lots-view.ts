@@ -4,19 +4,18 @@ import { LocalPlane } from "../fence/plane.ts";
 import type { LotPlace } from "../link/lot-places.ts";
 import { showScale } from "../map/geometry.ts";
 import { LotsMap } from "../map/lots-map.ts";
-import type { Place } from "../route/place.ts";
+import { LOT_ORDERS, type LotOrder, type Place } from "../route/place.ts";
 import { icon } from "../ui/icons.ts";
 import { timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { number, say } from "../words/say.ts";
-import { droneOf, firstLots, type LotOrder, lotsFound, marksOf } from "./all-lots.ts";
+import { droneOf, firstLots, lotsFound, marksOf } from "./all-lots.ts";
 
 const ZOOM = 1.6;
 /** Number of lots that are listed first: a person searches among more. */
 const FIRST = 100;
 /** Number of lots of one report: `hawk.report.options.MOST_LOTS`. */
 const MOST_REPORTED = 50;
-const ORDERS: readonly LotOrder[] = ["name", "free", "seen", "due", "drone"];
 
 /** Every lot of the store, on one map and in one table: how full each was, and when it was seen last. */
 @customElement("archive-all-lots")
@@ -26,6 +25,8 @@ export class AllLotsView extends LitElement {
   @property() spoken = "";
   /** Another one where the theme is another one. */
   @property() theme = "";
+  /** What the address says of search and order; it follows the person, and brings both back. */
+  @property({ attribute: false }) place: Pick<Place, "search" | "order"> = { search: "", order: "" };
   @state() private wanted = "";
   @state() private order: LotOrder = "name";
   @state() private most = FIRST;
@@ -48,6 +49,10 @@ export class AllLotsView extends LitElement {
   }
 
   override willUpdate(changed: PropertyValues): void {
+    if (changed.has("place")) {
+      this.wanted = this.place.search;
+      this.order = this.place.order || "name";
+    }
     if (["lots", "wanted"].some((name) => changed.has(name))) this.found = lotsFound(this.lots, this.wanted);
   }
 
@@ -63,8 +68,8 @@ export class AllLotsView extends LitElement {
       </section>
       <div class="card">
         <div class="fields">
-          <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => (this.wanted = (event.target as HTMLInputElement).value)} /></label>
-          <label>${say("all-lots-order")}<select @change=${(event: Event) => (this.order = (event.target as HTMLSelectElement).value as LotOrder)}>${ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
+          <label>${say("all-lots-search")}<input type="search" .value=${this.wanted} @input=${(event: Event) => this.find((event.target as HTMLInputElement).value, this.order)} /></label>
+          <label>${say("all-lots-order")}<select @change=${(event: Event) => this.find(this.wanted, (event.target as HTMLSelectElement).value as LotOrder)}>${LOT_ORDERS.map((each) => html`<option value=${each} ?selected=${each === this.order}>${say(`all-lots-by-${each}`)}</option>`)}</select></label>
           <label class="toggle"><input type="checkbox" .checked=${this.inSight !== null} @change=${(event: Event) => this.look((event.target as HTMLInputElement).checked)} />${say("all-lots-in-sight")}</label>
           <button ?disabled=${wanted.length === 0 || wanted.length > MOST_REPORTED} @click=${() => this.report()}>${icon("download")}${say("all-lots-report", { lots: wanted.length })}</button>
           ${wanted.length > MOST_REPORTED ? html`<span class="sub">${say("all-lots-report-most", { lots: MOST_REPORTED })}</span>` : nothing}
@@ -130,6 +135,11 @@ export class AllLotsView extends LitElement {
   private get shown(): readonly LotPlace[] {
     const { inSight } = this;
     return inSight === null ? this.found : this.found.filter(({ id }) => inSight.has(id));
+  }
+
+  private find(wanted: string, order: LotOrder): void {
+    [this.wanted, this.order] = [wanted, order];
+    this.go({ search: wanted, order: order === "name" ? "" : order });
   }
 
   /** Opens the report over the lots of the table, in their order. */

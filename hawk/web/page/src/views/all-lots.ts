@@ -1,11 +1,9 @@
 import type { LocalPlane } from "../fence/plane.ts";
 import type { LotPlace } from "../link/lot-places.ts";
 import type { LotMark } from "../map/lot-groups.ts";
+import type { LotOrder } from "../route/place.ts";
 import { withWords } from "../words/find.ts";
 import { language } from "../words/say.ts";
-
-/** Orders of the table: by name, the fullest first, the one that was seen longest ago first, the one that is due first, by drone. */
-export type LotOrder = "name" | "free" | "seen" | "due" | "drone";
 
 /** Share of the stalls with a known state that the newest survey found taken; null where it knows none. */
 export function takenShare({ last_survey: last }: Pick<LotPlace, "last_survey">): number | null {

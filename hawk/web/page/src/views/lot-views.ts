@@ -93,7 +93,7 @@ export class LotViews extends LitElement {
     const isShared = token !== null;
     if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots?.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
     if (!isShared && place.lot === "") return this.withoutLot();
-    if (!isShared && place.view === "lots" && place.show === "all") return html`<archive-all-lots .lots=${this.access.lots ?? []} .spoken=${this.spoken} .theme=${document.documentElement.dataset.theme ?? ""}></archive-all-lots>`;
+    if (!isShared && place.view === "lots" && place.show === "all") return html`<archive-all-lots .lots=${this.access.lots ?? []} .place=${place} .spoken=${this.spoken} .theme=${document.documentElement.dataset.theme ?? ""}></archive-all-lots>`;
     if (!isShared && place.view === "lots" && place.show === "arrivals") return html`<archive-arrivals .lots=${this.access.lots ?? []} .revision=${revision}></archive-arrivals>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
