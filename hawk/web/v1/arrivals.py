@@ -15,7 +15,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
-from hawk.lots.values import LotStoreError
+from hawk.lots.values import NEWER_FIELD, LotStoreError
 from hawk.web.access.access import access_of
 from hawk.web.access.guesses import network_of
 from hawk.web.services import SERVICES
@@ -78,7 +78,7 @@ async def _note_refusal(request: web.Request, status: int, words: str) -> None:
     if status not in _NOTED:
         return
     times = 1 + refused.take_passed_over(sender)
-    if status in _WRONG:
+    if status in _WRONG and words.partition(":")[0] != NEWER_FIELD:  # a newer drone is ours, and waits by itself
         refused.wrong(sender, str(refused.total))
     if status == HTTPStatus.UNAUTHORIZED:
         words = (UNKNOWN_TOKEN if hdrs.AUTHORIZATION in request.headers else NO_TOKEN).format(network=network)
