@@ -80,6 +80,14 @@ def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a source. Raises PictureError: it cannot be mapped, or an option does not fit it."""
     if asked.name is not None:
         asked = replace(asked, name=_lot_name(asked.name))
+    mapped = _survey_of(asked, progress)
+    if asked.private is None:
+        return mapped
+    note = f"No picture shows the areas of {asked.private.name}, and nothing is counted there."
+    return replace(mapped, notes=(*mapped.notes, note))
+
+
+def _survey_of(asked: MapRequest, progress: Progress) -> PictureSurvey:
     source = asked.source
     if isinstance(source, RemoteRaster):
         return _orthophoto(asked, progress)

@@ -76,6 +76,7 @@ def test_stalls_there_are_not_counted_and_the_ground_is_not_seen(picture: Path, 
     report = json.loads((out / "report.json").read_text())
     assert 0 < report["stalls"] < len(whole.survey.stalls)
     assert report["area_seen_m2"] < 0.6 * whole.area_m2
+    assert "No picture shows the areas of gardens.geojson, and nothing is counted there." in report["notes"]
 
 
 @pytest.mark.parametrize(("facts", "words"), [({"amenity": "parking"}, "holds parking lots"), ({}, "holds no area")])
