@@ -1,4 +1,4 @@
-import { html, LitElement, nothing, type TemplateResult } from "lit";
+import { html, LitElement, nothing, type PropertyValues, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { ListedLot } from "../api.ts";
 import { type Place, type ViewName, VIEWS } from "../route/place.ts";
@@ -35,6 +35,9 @@ export class TopBar extends LitElement {
   @property() spoken = "";
   @property({ attribute: false }) speak: (choice: LanguageChoice) => void = () => undefined;
 
+  /** Those of the menu, by name. */
+  private chosen: readonly BarLot[] = [];
+
   /** All parts write their times by another clock now. */
   @property({ attribute: false }) clocked: () => void = () => undefined;
 
@@ -42,7 +45,11 @@ export class TopBar extends LitElement {
     return this;
   }
 
-  override willUpdate(): void {
+  override willUpdate(changed: PropertyValues<this>): void {
+    if (changed.has("lots") || changed.has("spoken")) {
+      const { compare } = new Intl.Collator(language(), { numeric: true });
+      this.chosen = (this.lots?.length ?? 0) > MOST_CHOSEN ? [] : [...(this.lots ?? [])].sort((one, other) => compare(one.name, other.name));
+    }
     if (keepClock(this.lot?.time_zone)) this.clocked();
   }
 
@@ -68,7 +75,7 @@ export class TopBar extends LitElement {
     const { lot, lots, place } = this;
     if (lots === null || lot === undefined) return nothing;
     const go = (event: Event): void => this.route.go({ lot: (event.target as HTMLSelectElement).value, survey: "", before: "", after: "", stall: "", section: "", recording: "", t: "", parts: [] });
-    const choice = (): TemplateResult => html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${lots.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
+    const choice = (): TemplateResult => html`<span class="unseen">${say("archive-lot")}</span><select @change=${go}>${this.chosen.map(({ id, name }) => html`<option value=${id} ?selected=${id === place.lot}>${name}</option>`)}</select>`;
     const name = html`<b>${lot.name}</b>`;
     const shown = lots.length > MOST_CHOSEN ? html`<a href=${addressOf("lots", this.route, "all")} title=${say("all-lots")}>${name}</a>` : lots.length > 1 ? choice() : name;
     return html`<label class="lot">${shown}<span class="sub" title=${clockWords(lot.time_zone)}>${about(lot, place)}</span></label>`;

@@ -52,10 +52,10 @@ export class CompareView extends View {
 
   override willUpdate(): void {
     const { lot } = this.place;
-    this.newest.ask(`${lot} ${this.revision}`, () => this.source.newest());
+    this.newest.ask(`${lot} ${this.revision}`, () => this.source.newest(), lot);
     for (const end of ENDS) {
       const id = this.place[end];
-      this.named[end].ask(`${lot} ${id} ${this.revision}`, () => (id === "" ? Promise.resolve(null) : this.source.survey(id)));
+      this.named[end].ask(`${lot} ${id} ${this.revision}`, () => (id === "" ? Promise.resolve(null) : this.source.survey(id)), lot);
     }
     this.shown = this.pair() ?? (this.isWaiting() && this.shownLot === lot ? this.shown : null);
     this.shownLot = lot;

@@ -22,7 +22,7 @@ import { asking, Asked, View, wordsOf } from "./view.ts";
 @customElement("archive-surveys")
 export class SurveysView extends View {
   /** The survey that the address names, or the newest ones. */
-  private readonly about = new Asked<SurveysUse & { lot: string }>(this);
+  private readonly about = new Asked<SurveysUse>(this);
   /** Those of the days that the bar shows. */
   private readonly listed = new Asked<SurveysUse>(this);
   private period: Period | null = null;
@@ -38,13 +38,13 @@ export class SurveysView extends View {
   override willUpdate(): void {
     const { lot, survey: named } = this.place;
     const { period } = this;
-    this.about.ask(JSON.stringify([lot, named, this.revision]), () => this.read(lot, named));
+    this.about.ask(JSON.stringify([lot, named, this.revision]), () => this.read(named), lot);
     if (period) this.listed.ask(JSON.stringify([lot, period, this.revision]), () => this.source.surveys(period));
     // one that the address names is asked for at once: nobody waits for the list
     const survey = this.chosen()?.id ?? (this.about.problem === "" ? named : "");
     if (survey === "") return;
     this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
-    const isThere = !this.about.waiting || this.known === null; // it may be the one that was just deleted
+    const isThere = !this.about.waiting || this.about.value === null; // it may be the one that was just deleted
     if (isThere) this.sections.ask(`${lot} ${survey} ${this.revision}`, () => this.source.sections(survey));
     this.films.ask(lot, () => this.source.recordings());
   }
@@ -74,20 +74,15 @@ export class SurveysView extends View {
   };
 
   /** A survey; the newest ones where none is named, or the lot does not have it any more. */
-  private async read(lot: string, named: string): Promise<SurveysUse & { lot: string }> {
+  private async read(named: string): Promise<SurveysUse> {
     const { source } = this;
     const one = named === "" ? null : await source.survey(named);
-    return { ...(one && one.surveys.length > 0 ? one : await source.newest()), lot };
-  }
-
-  /** What was answered of this lot: until then the answer is another lot's. */
-  private get known(): SurveysUse | null {
-    return this.about.value?.lot === this.place.lot ? this.about.value : null;
+    return one && one.surveys.length > 0 ? one : source.newest();
   }
 
   /** The survey that the address names; else the newest one that counts. */
   private chosen(): SurveyUse | undefined {
-    const surveys = this.known?.surveys ?? [];
+    const surveys = this.about.value?.surveys ?? [];
     return surveys.find(({ id }) => id === this.place.survey) ?? surveys.find((row) => row.left_out_code === "") ?? surveys[0];
   }
 
@@ -97,8 +92,7 @@ export class SurveysView extends View {
   }
 
   override render(): TemplateResult {
-    const { problem } = this.about;
-    const value = this.known;
+    const { value, problem } = this.about;
     if (problem !== "") return html`<p role="alert">${problem}</p>`;
     if (value === null) return html`<p>${say("archive-asking")}</p>`;
     if (value.surveys.length === 0) return html`<p>${say("archive-no-survey")}</p>${this.changes(value.clock)}`;

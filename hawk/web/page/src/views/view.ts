@@ -43,6 +43,7 @@ export class Asked<T> {
   /** The answer is still to come: what is here is that to an earlier question, or none. */
   waiting = false;
   private key: string | null = null;
+  private lot = "";
   private refused: Refused | null = null;
   private readonly host: LitElement;
 
@@ -50,10 +51,12 @@ export class Asked<T> {
     this.host = host;
   }
 
-  /** Asks when the key is a new one. The answer that was shown stays until another one is there. */
-  ask(key: string, work: () => Promise<T>): void {
+  /** Asks when the key is a new one. The answer that was shown stays until another one is there, unless it is about another lot. */
+  ask(key: string, work: () => Promise<T>, lot = ""): void {
     if (key === this.key) return;
     if (this.key !== null) this.problem = ""; // it was that of another question
+    if (lot !== this.lot) this.value = null;
+    this.lot = lot;
     this.key = key;
     this.waiting = true;
     void work().then(
