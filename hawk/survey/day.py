@@ -141,7 +141,8 @@ def plan_lines(plan: Mapping[str, Any]) -> Iterator[str]:
         start = "no start" if each["start"] is None else f"{_time(each['start'])}-{_time(each['end'])}"
         need = f"{each['seconds'] / 60:.0f} min, {each['distance_m']:.0f} m, batteries: {each['batteries']}"
         has_flight = each["distance_m"] > 0.0
-        yield f"{start}  {lots} (due {_time(each['due'])}){f': {need}' if has_flight else ''}"
+        due = datetime.fromisoformat(each["due"])  # every time of a round is by one clock
+        yield f"{start}  {lots} (due {due:%H:%M}, {due.tzname()}){f': {need}' if has_flight else ''}"
         if each["problem"] and each["problem"] not in plan["problems"]:
             yield f"  {each['problem']}"
         for reasons, hours in groupby(each["hours"], lambda hour: "; ".join(hour["reasons"])):

@@ -82,13 +82,13 @@ def test_a_file_is_sent_as_it_is_and_a_huge_one_is_refused(tmp_path: Path) -> No
 def test_lines_name_times_lots_batteries_and_each_hour_that_does_not_fit() -> None:
     assert list(plan_lines(PLAN)) == [
         "schedule: no lot has the name or id Nort: write one of North.",
-        "13:00-13:24  North, South (due 12:00): 24 min, 512 m, batteries: 2",
+        "13:00-13:24  North, South (due 12:00, UTC+02:00): 24 min, 512 m, batteries: 2",
         "  not at 11:30, 12:00: 0.2 mm of rain; too dark",
         "Nothing flies by itself: a person chooses the lots, arms and takes off.",
     ]
     none = PLAN["rounds"][0] | {"start": None, "end": None, "problem": "It needs 2 batteries; left: 1."}
     assert list(plan_lines({"problems": [], "rounds": [none | {"hours": []}]})) == [
-        "no start  North, South (due 12:00): 24 min, 512 m, batteries: 2",
+        "no start  North, South (due 12:00, UTC+02:00): 24 min, 512 m, batteries: 2",
         "  It needs 2 batteries; left: 1.",
     ]
     assert list(plan_lines({"problems": [], "rounds": []})) == ["No survey is due in the next 24 hours."]

@@ -76,7 +76,7 @@ describe("the day's plan", () => {
     await plan(stage);
     assert.match(stage.text, /no lot has the name or id Nort: write one of North/);
     const [first, second] = rounds(stage);
-    assert.match(first ?? "", /14:00 to 14:24: North, West.*due 12:00 · 24 min, 512 m, batteries: 2.*Not at 12:00, 13:00: 0\.2 mm of rain/);
+    assert.match(first ?? "", /14:00 to 14:24: North, West.*due 12:00 · Amsterdam time · 24 min, 512 m, batteries: 2.*Not at 12:00, 13:00: 0\.2 mm of rain/);
     assert.match(second ?? "", /No start: South.*It needs 5 batteries; left: 2\./);
     assert.equal(stage.part.querySelectorAll(".day-plan li button").length, 1);
   });

@@ -3,7 +3,7 @@ import { customElement, property, state } from "lit/decorators.js";
 import type { DayPlan, DayRound, ListedLot } from "../api.ts";
 import { Refused } from "../link/api.ts";
 import { type Forecast, planDay } from "../link/lots.ts";
-import { timeOnClock } from "../words/clock.ts";
+import { clockWords, timeOnClock } from "../words/clock.ts";
 import * as format from "../words/format.ts";
 import { say } from "../words/say.ts";
 import { Part } from "./element.ts";
@@ -48,7 +48,7 @@ export class DayPlanForm extends Part {
     const title = round.start === null || round.end === null ? say("day-plan-no-start", { names }) : say("day-plan-start", { start: time(round.start), end: time(round.end), names });
     const need = { time: format.duration(round.seconds), distance: format.distance(round.distance_m, this.model.view().units), batteries: round.batteries };
     const problem = problems.includes(round.problem) ? "" : round.problem;
-    return html`<li><span><b>${title}</b><span class="sub">${say("day-plan-due", { due: time(round.due) })}${round.distance_m > 0 ? ` · ${say("day-plan-need", need)}` : nothing}</span>
+    return html`<li><span><b>${title}</b><span class="sub">${say("day-plan-due", { due: time(round.due) })} · ${clockWords(this.zoneOf(round))}${round.distance_m > 0 ? ` · ${say("day-plan-need", need)}` : nothing}</span>
       ${problem === "" ? nothing : html`<span class="sub">${drone(problem)}</span>`}
       ${refused(round).map(({ from, reasons }) => html`<span class="sub">${say("day-plan-not-at", { times: from.map(time).join(", ") })} ${reasons.map((each, number) => html`${number > 0 ? "; " : ""}${drone(each)}`)}</span>`)}</span>
       ${round.start === null ? nothing : html`<button aria-label=${say("day-plan-choose-of", { names })} @click=${() => this.choose(round)}>${say("day-plan-choose")}</button>`}</li>`;
