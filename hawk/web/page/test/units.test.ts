@@ -52,6 +52,11 @@ describe("lengths in feet", () => {
     assert.deepEqual(heightsOf([{ at: 0, theirs: 0, height: 30.48, battery: 1 }], "feet").map((value) => Math.round(value ?? 0)), [100]);
   });
 
+  it("have a scale bar in kilometres on a map of many lots", () => {
+    assert.deepEqual([20, 500, 1000, 200_000].map((metres) => format.scaleLength(metres, "metres")), ["20 m", "500 m", "1 km", "200 km"]);
+    assert.equal(format.scaleLength(2000, "feet"), "2,000 ft");
+  });
+
   it("have a round scale bar", () => {
     const { length, pixels } = scaleBar(0.1 / 0.3048, 120);
     assert.deepEqual([length, Math.round(pixels)], [20, 61]);

@@ -12,6 +12,7 @@ length =
         [feet] { $value } ft
        *[metres] { $value } m
     }
+length-km = { $value } km
 speed =
     { $units ->
         [feet] { $value } mph

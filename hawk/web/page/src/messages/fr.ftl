@@ -27,6 +27,7 @@ length =
         [feet] { $value }{ "\u00A0" }ft
        *[metres] { $value }{ "\u00A0" }m
     }
+length-km = { $value }{ "\u00A0" }km
 speed =
     { $units ->
         [feet] { $value }{ "\u00A0" }mph

@@ -1,6 +1,7 @@
 /** Keys of the page's messages, and the values that each takes. `node --run keys` writes this file from en.ftl. */
 export interface Messages {
   "length": { units: "feet" | "metres"; value: string | number };
+  "length-km": { value: string | number };
   "speed": { units: "feet" | "metres"; value: string | number };
   "area": { units: "feet" | "metres"; value: string | number };
   "large-area": { units: "feet" | "metres"; value: string | number };

@@ -28,6 +28,7 @@ export function margin(metres: number, units: Units): string {
 
 /** The length of a scale bar, in the units. */
 export function scaleLength(value: number, units: Units): string {
+  if (units === "metres" && value >= 1000) return say("length-km", { value: number(value / 1000, 2, 0) });
   return say("length", { units, value: number(value, 2, 0) });
 }
 
