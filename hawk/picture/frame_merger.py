@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from typing import Final
 
-from shapely.geometry.base import BaseGeometry
-
 from hawk.algo.frame import FrameInput
 from hawk.algo.mapper.app import MapperApp
 from hawk.algo.mapper.core import MapperSettings
 from hawk.algo.vision.blur import BLURRED, blur_of
 from hawk.algo.vision.detection import Found, FrameGround, GroundImage, VisionResult
-from hawk.algo.vision.private_ground import without
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import StateName
 from hawk.model.pictures import CameraModel
@@ -37,9 +34,7 @@ SETTINGS: Final = MapperSettings(
 class FrameMerger:
     """A map that grows by photographs."""
 
-    def __init__(self, name: str, private: BaseGeometry) -> None:
-        """``private``: ground that nobody may look at, (north, east) metres."""
-        self._private = private
+    def __init__(self, name: str) -> None:
         self._mapper = MapperApp(SETTINGS, name)
         self._count = 0
 
@@ -49,8 +44,6 @@ class FrameMerger:
             found.stalls, found.lot, found.car, found.core, found.taken, picture=picture, pose=pose, captured=time,
             is_blurred=blur_of(picture) >= BLURRED,
         )  # fmt: skip
-        if not self._private.is_empty:
-            ground = without(ground, self._private)
         self._count += 1
         frame = FrameInput(
             sequence=self._count, captured=time, jpeg=b"", camera=_NO_CAMERA, pose=pose, speed=0.0,

@@ -138,12 +138,12 @@ def survey_shots(
     """
     network, name = _network(model), provenance.lot
     checkpoints, finder = Checkpoints(work, f"{network_name(model)} {network.engine}"), StallDetector(network)
-    reader = ShotReader(pictures, checkpoints)
+    reader = ShotReader(pictures, checkpoints, has_private=bool(private))
     posed = pose_shots(provenance, read.shots, reader, checkpoints, finder, progress)
     shots, adjusted, scale = posed.shots, posed.adjusted, posed.scale
     pixel = _pixel(adjusted)
     _check_pixel(name, pixel)
-    hidden = _hidden(private, posed.datum)
+    hidden = private_ground(private, posed.datum)
     current = suggest_lone_cars(reader.mapped(name, shots, adjusted, finder, progress, hidden))
     landed = _landed(provenance, shots, posed.datum, current, network_name(model))
     survey = finished(landed)
@@ -154,7 +154,7 @@ def survey_shots(
     return PhotoSurvey(_mapped(provenance, shots, landed, survey, tuple(left_out), notes), shots, adjusted)
 
 
-def _hidden(areas: Sequence[Polygon], datum: GlobalPose) -> BaseGeometry:
+def private_ground(areas: Sequence[Polygon], datum: GlobalPose) -> BaseGeometry:
     """Return private ground on the map, (north, east) metres: wider, as receivers alone say where the pictures are."""
     x, y = datum.longitude, datum.latitude
     near = box(x - _NEAR_DEG, y - _NEAR_DEG, x + _NEAR_DEG, y + _NEAR_DEG)

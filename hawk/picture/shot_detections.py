@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
-from hawk.algo.vision.detection import WHOLE
+from hawk.algo.vision.detection import WHOLE, GroundImage
 from hawk.algo.vision.detector import StallDetector, one_thread
+from hawk.algo.vision.private_ground import blackened
 from hawk.formats.image import NoImage, decode
 from hawk.model.lot_map import OccupancyMap
 from hawk.picture.checkpoints import Checkpoints
@@ -55,8 +56,9 @@ class _OtherSizeError(ValueError):
 class ShotReader:
     """The pictures of one survey. ``lost``: those that could not be read any more when the map was made."""
 
-    def __init__(self, pictures: Pictures, work: Checkpoints) -> None:
-        """``work`` keeps the results."""
+    def __init__(self, pictures: Pictures, work: Checkpoints, *, has_private: bool = False) -> None:
+        """``work`` keeps the results; of whole pictures none, where ground is private."""
+        self._has_private = has_private
         self._pictures = pictures
         self._work = work
         self._features: list[Features] = []
@@ -111,7 +113,8 @@ class ShotReader:
                 except NoImage:  # the map says so
                     continue
                 if picture is not None:
-                    seen = self._work.found(shot, posed, partial(finder.detect, picture))
+                    look = partial(finder.detect, picture)
+                    seen = look() if self._has_private else self._work.found(shot, posed, look)
                     found += [stall.width for stall in seen.stalls if stall.visible >= WHOLE]
         return found
 
@@ -124,21 +127,36 @@ class ShotReader:
         progress: Progress,
         private: BaseGeometry,
     ) -> OccupancyMap:
-        """Return the map of all shots by their adjusted poses. ``private``: as of `FrameMerger`."""
+        """Return the map of all shots by their adjusted poses.
+
+        ``private``: ground that nobody may look at, (north, east) metres: nothing is found there, and no result kept.
+        """
         self._features.clear()
-        built = FrameMerger(name, private)
+        built = FrameMerger(name)
         with one_thread():
             for number, (shot, posed) in enumerate(zip(shots, adjusted.posed, strict=True)):
                 progress("map", number, len(shots))
-                self._add(built, finder, shot, posed, float(number))
+                self._add(built, finder, shot, posed, float(number), private)
             progress("finish", 0, 1)
             finished = built.finish()
         progress("finish", 1, 1)
         return finished
 
-    def _add(self, built: FrameMerger, finder: StallDetector, shot: Shot, posed: CameraPose, time: float) -> None:
+    def _levelled(self, shot: Shot, posed: CameraPose, private: BaseGeometry) -> GroundImage | None:
+        picture = orthorectify(self._pictures.picture(shot), posed)
+        return picture if picture is None or private.is_empty else blackened(picture, private)
+
+    def _add(
+        self,
+        built: FrameMerger,
+        finder: StallDetector,
+        shot: Shot,
+        posed: CameraPose,
+        time: float,
+        private: BaseGeometry,
+    ) -> None:
         try:
-            picture = orthorectify(self._pictures.picture(shot), posed)
+            picture = self._levelled(shot, posed, private)
         except NoImage as error:
             self.lost.append(LeftOut(shot.name, f"{error}; {_AGAIN}"))
             return

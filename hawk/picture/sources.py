@@ -12,14 +12,19 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+import numpy as np
+import shapely
+
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import CameraSettings, ConfigError
 from hawk.formats import gdal
 from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
 from hawk.formats.remote_raster import Hosts, RemoteRaster
+from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
+from hawk.model.lot_map import TILE_M
 from hawk.model.pictures import CameraModel
 from hawk.picture import webodm
 from hawk.picture.city.run import CityWork, map_city
@@ -29,7 +34,7 @@ from hawk.picture.film.lens import LensChoice
 from hawk.picture.orthophoto.outline import read_private
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
-from hawk.picture.photos import survey_shots
+from hawk.picture.photos import private_ground, survey_shots
 from hawk.picture.shot_detections import Files, Pictures
 from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
@@ -83,8 +88,17 @@ def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     mapped = _survey_of(asked, progress)
     if asked.private is None:
         return mapped
-    note = f"No picture shows the areas of {asked.private.name}, and nothing is counted there."
-    return replace(mapped, notes=(*mapped.notes, note))
+    return replace(mapped, notes=(*mapped.notes, _private_note(asked.private, mapped.landed)))
+
+
+def _private_note(path: Path, landed: LandingFacts) -> str:
+    """Return what became of a file of private areas: one that has none near the map has a mistake in it."""
+    rows, columns = np.array([*landed.current.tiles], np.float64).reshape(-1, 2).T * TILE_M
+    if len(rows) and not private_ground(read_private(path), landed.datum).intersects(
+        shapely.box(-rows.max() - TILE_M, columns.min(), -rows.min(), columns.max() + TILE_M)
+    ):
+        return f"No area of {path.name} lies where the pictures are, so that they show everything: look at its places."
+    return f"No picture shows the areas of {path.name}, and nothing is counted there."
 
 
 def _survey_of(asked: MapRequest, progress: Progress) -> PictureSurvey:

@@ -40,7 +40,7 @@ def hidden(seen: VisionResult, frame: FrameInput) -> VisionResult:
     return replace(
         seen,
         image=_blackened(seen.image, ground, frame.camera, pose),
-        ground=None if shown is None else without(shown, ground),
+        ground=None if shown is None else _without(shown, ground),
     )
 
 
@@ -58,6 +58,18 @@ def recorded_jpeg(frame: FrameInput, whole: VisionResult, seen: VisionResult) ->
         return None
     done, jpeg = cv2.imencode(".jpg", seen.image, _QUALITY)
     return jpeg.tobytes() if done else b""
+
+
+def blackened(picture: GroundImage, private: BaseGeometry) -> GroundImage:
+    """Return a picture on the ground whose private part, (north, east) metres, is black, not seen, and in no view."""
+    shown, view = _unseen(picture, private), picture.view
+    if view is None:
+        return shown
+    image = view.image.copy()
+    for ring in _rings(private):
+        places = np.column_stack([ring, np.ones(len(ring))]) @ view.to_image.T
+        cv2.fillPoly(image, [_fixed(places[:, :2] / places[:, 2:])], (0, 0, 0), cv2.LINE_8, _FIXED_POINT)
+    return replace(shown, view=replace(view, image=image))
 
 
 def _in_picture(rings: Sequence[Ring], camera: CameraModel, pose: MapPose) -> BaseGeometry:
@@ -79,8 +91,7 @@ def _blackened(image: NDArray[np.uint8], ground: BaseGeometry, camera: CameraMod
     return masked
 
 
-def without(ground: FrameGround, private: BaseGeometry) -> FrameGround:
-    """Return what was found on the ground without private ground, (north, east) metres on the map."""
+def _without(ground: FrameGround, private: BaseGeometry) -> FrameGround:
     vehicles = None if ground.vehicles is None else tuple(v for v in ground.vehicles if not _is_in(v, private))
     mask = _mask(ground.core, private)  # the layers are one raster
     return replace(

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import shutil
 from collections.abc import Sequence
@@ -16,6 +17,7 @@ from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.lot_map import TILE_M
 from hawk.model.poses import GlobalPose
 from hawk.model.tile_picture import decode_picture
+from hawk.picture import checkpoints
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photos import map_photos, survey_shots
 from hawk.picture.shot_detections import Files
@@ -115,8 +117,16 @@ def test_private_ground_is_in_no_picture_and_nothing_is_counted_there(
     garden = json.loads(shapely.to_geojson(shapely.box(longitude, 0.0, longitude + 0.1, 80.0)))
     path = tmp_path / "gardens.geojson"
     path.write_text(json.dumps({"type": "Feature", "geometry": garden, "properties": {}}))
-    mapped = map_photos(torn, private=path, work=work).landed.current
+    own = tmp_path / "work"
+    own.mkdir()
+    for each in work.iterdir():  # all but what was found in pictures
+        if not each.name.startswith("found"):
+            shutil.copy(each, own)
+    mapped = map_photos(torn, private=path, work=own).landed.current
     line = middle - ERROR_M
+    kept = [checkpoints._found_of(each.read_bytes()[hashlib.sha256().digest_size :]) for each in own.glob("found-*")]
+    assert sum(len(each.stalls) for each in kept) > 50
+    assert [stall for each in kept for stall in each.stalls if stall.east > line] == [], "nor in the files of the work"
     assert [stall for stall in mapped.stalls.values() if stall.east > line] == []
     left = [sum(stall.east < line - 3.0 for stall in each.stalls.values()) for each in (whole.landed.current, mapped)]
     assert left[1] == pytest.approx(left[0], abs=3)

@@ -88,3 +88,11 @@ def test_a_file_of_lots_or_without_an_area_is_refused(
         read_private(path)
     with pytest.raises(PictureError, match="--private: "):
         plan(picture, path)
+
+
+def test_areas_that_lie_elsewhere_are_said(picture: Path, tmp_path: Path) -> None:
+    """Latitude and longitude were exchanged, say."""
+    out, private = tmp_path / "out", file_of(tmp_path, picture, (900_000, 0, 900_500, 500))
+    assert main(["map", str(picture), "--private", str(private), "--out", str(out)]) == 0
+    notes = json.loads((out / "report.json").read_text())["notes"]
+    assert any(note.startswith("No area of gardens.geojson lies where the pictures are") for note in notes)
