@@ -19,6 +19,8 @@ from hawk.results.survey_map import to_global
 
 _FAR_M: Final = 20_000.0
 """Ground farther off than this is left out: a tangent plane folds the other side of the Earth onto this one."""
+LEAST_PIECE_M2: Final = 50.0
+"""A smaller piece of ground is no part of a lot: four stalls."""
 _GRID_M: Final = 1e-3
 """Without a grid GEOS 3.14.1 returns, for some areas that touch, the whole of one of them."""
 
@@ -78,12 +80,14 @@ def joined(outlines: Sequence[Outline]) -> Outline:
 
 
 def without(outline: Outline, part: Outline) -> Outline:
-    """Return an outline without the ground of another one, WGS-84."""
+    """Return an outline without the ground of another one, WGS-84. What is left in slivers is no part of a lot."""
     corners = [corner for ring in outline.polygons for corner in ring]
     if not corners:
         return Outline()
     centre = corners[0]
-    return _outline(centre, ground_about(centre, outline).difference(ground_about(centre, part)))
+    left = ground_about(centre, outline).difference(ground_about(centre, part))
+    large = [each for each in get_parts(left) if each.area >= LEAST_PIECE_M2]
+    return _outline(centre, union_all(large) if large else left)
 
 
 def _outline(centre: tuple[float, float], ground: BaseGeometry) -> Outline:

@@ -11,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hawk.lots.registration.georeference import LEAST_PIECE_M2
 from hawk.lots.survey.moments import CaptureTime, MomentSource
 from hawk.lots.survey.source import PictureSource
 from hawk.lots.values import Detection, FinishedSurvey, VehicleDetection
@@ -23,8 +24,6 @@ _STEP: Final = 4
 """Cells of the map on a side of a cell here: 0.4 m."""
 JOIN_M: Final = 6.0
 """Islands and drives narrower than this belong to the lot."""
-LEAST_M2: Final = 50.0
-"""A smaller piece of ground is no part of a lot: four stalls."""
 OFF_M: Final = 0.6
 """Distance by which a simplified outline may leave the cells."""
 _SEEN_OFF_M: Final = 0.5
@@ -138,7 +137,7 @@ def seen_lot(survey: SurveyMap) -> Outline:
     rings, _ = cv2.findContours(closed, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
     polygons = []
     for ring in rings:
-        if cv2.contourArea(ring) * side**2 < LEAST_M2:
+        if cv2.contourArea(ring) * side**2 < LEAST_PIECE_M2:
             continue
         kept = cv2.approxPolyDP(ring, OFF_M / side, closed=True).reshape(-1, 2) - margin + 0.5
         if len(kept) >= 3:
@@ -158,7 +157,7 @@ def seen_ground(survey: SurveyMap) -> Outline:
     polygons: list[Ring] = []
     holes: list[Ring] = []
     for ring, (*_, parent) in zip(rings, () if tree is None else tree[0].tolist(), strict=True):
-        if cv2.contourArea(ring) * side**2 < (LEAST_M2 if parent < 0 else _LEAST_HOLE_M2):
+        if cv2.contourArea(ring) * side**2 < (LEAST_PIECE_M2 if parent < 0 else _LEAST_HOLE_M2):
             continue
         kept = cv2.approxPolyDP(ring, _SEEN_OFF_M / side, closed=True).reshape(-1, 2) - 0.5
         if len(kept) >= 3:

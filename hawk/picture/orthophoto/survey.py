@@ -16,8 +16,8 @@ from hawk.algo.mapper.vehicles import SHOWN
 from hawk.algo.vision.network import VEHICLE_KINDS
 from hawk.exports.values import UNSEEN, LatLon, Observation
 from hawk.formats.remote_raster import RemoteRaster
-from hawk.lots.registration.georeference import about
-from hawk.lots.survey.landing import JOIN_M, LEAST_M2, OFF_M, LandingFacts
+from hawk.lots.registration.georeference import LEAST_PIECE_M2, about
+from hawk.lots.survey.landing import JOIN_M, OFF_M, LandingFacts
 from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.lot_map import OccupancyMap, Stall, StallState
 from hawk.model.plans import Outline
@@ -383,7 +383,7 @@ def _found_lots(results: Sequence[WindowStalls], stalls: Stalls, plane: PictureF
             if len(ring) > 2
         ]
     ground = shapely.union_all(pieces).buffer(JOIN_M / 2).buffer(-JOIN_M / 2).simplify(OFF_M)
-    parts = [part for part in shapely.get_parts([ground]) if isinstance(part, Polygon) and part.area >= LEAST_M2]
+    parts = [part for part in shapely.get_parts([ground]) if isinstance(part, Polygon) and part.area >= LEAST_PIECE_M2]
     return [Polygon(part.exterior) for part in parts]
 
 

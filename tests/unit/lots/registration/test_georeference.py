@@ -120,6 +120,9 @@ def test_outlines_are_joined_and_cut() -> None:
     assert which_lot(box(0, 320, HIGH, 20), [Parcel("a", rest)]).candidates[0].overlap == 0.0
     ring_road = without(box(0, 0, HIGH, WIDE), box(10, 10, 20, 20))
     assert (len(ring_road.polygons), len(ring_road.holes)) == (1, 1)
+    left = {east: len(without(box(0, 0, 40, 60), box(-1, east, 42, 40)).polygons) for east in (10, 1)}
+    assert left == {10: 2, 1: 1}, "40 m2 at one end are no part of a lot"
+    assert len(without(box(0, 0, 40, 60), box(-1, -1, 42, 60)).polygons) == 1, "unless nothing else is left"
     assert joined([Outline()]) == without(Outline(), both) == Outline()
 
 
