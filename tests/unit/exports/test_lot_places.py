@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import Connection
+from sqlalchemy import Connection, select
 
 from hawk.exports import lot_places as module
 from hawk.exports.lot_places import lot_places
 from hawk.lots import lists
+from hawk.lots.schema import LOT
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.values import utc
 from tests.unit.lots.documents.drones import Drone, days
@@ -40,8 +41,9 @@ def listed(connection: Connection) -> list[tuple[object, ...]]:
 
 def shown(connection: Connection) -> list[tuple[object, ...]]:
     values = dict(lot_places(connection))
-    for place in ("latitudes", "longitudes"):
-        values.pop(place)
+    rows = select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made, LOT.c.id)
+    places = [(round(north, 6), round(east, 6)) for north, east in connection.execute(rows)]
+    assert [*zip(values.pop("latitudes"), values.pop("longitudes"), strict=True)] == places
     return list(zip(*values.values(), strict=True))
 
 

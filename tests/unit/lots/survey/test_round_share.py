@@ -97,6 +97,32 @@ def test_no_stall_is_lost_or_doubled(places: list[tuple[float, float]]) -> None:
     assert sorted(found) == list(range(len(places)))
 
 
+@pytest.mark.parametrize(("down", "right"), [(0, 0), (3, -2), (-1, 4)])
+def test_the_map_may_lie_anywhere_about_its_origin(down: int, right: int) -> None:
+    north, east = -down * TILE_M, right * TILE_M
+    flown = round_of(at(1, 10.0 + east, -10.0 + north), at(2, 40.0 + east, -10.0 + north))
+    assert flown.outline is not None
+    lots = [box(-18.0 + north, 4.0 + 30.0 * number + east, 14.0, 12.0) for number in range(2)]
+    tiles = {(row + down, column + right): tile for (row, column), tile in flown.current.tiles.items()}
+    flown = replace(
+        flown,
+        outline=replace(flown.outline, polygons=tuple(ring for lot in lots for ring in lot.polygons)),
+        current=replace(flown.current, tiles=tiles, mosaic={}),
+    )
+    for number, name in enumerate(NAMES):
+        mine = share_of(flown, name, {})
+        assert mine is not None
+        assert [*mine.current.stalls] == [number + 1]
+        for (row, column), tile in mine.current.tiles.items():
+            cells = np.frombuffer(zlib.decompress(tile.data), np.uint8).reshape(TILE_CELLS, TILE_CELLS)
+            columns = (
+                column * TILE_M + (np.flatnonzero((cells != Cell.UNKNOWN).any(axis=0)) + 0.5) * TILE_M / TILE_CELLS
+            )
+            is_mine = (columns - east < MIDDLE_M + 1.7) if number == 0 else (columns - east > MIDDLE_M - 1.7)
+            assert row == down
+            assert is_mine.all()
+
+
 def test_a_car_is_counted_on_the_nearest_lot() -> None:
     car = MapVehicle(7, VehicleKind.VAN, -3.0, 44.0, 0.5, 2.0, 5.5, 0.9, 6, 30.0, last_seen=60.0, version=2)
     flown = round_of(at(1, 10.0), at(2, 40.0), vehicles={7: car})
