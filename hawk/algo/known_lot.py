@@ -104,14 +104,10 @@ class PlanRegistration:
             outcome: Registration = end.value
             self.doubt = outcome.doubt
             if outcome.is_certain and outcome.best is not None:
-                return self._plans(_placed(self._known.stalls, outcome.best.placement))
+                placed = _placed(self._known.stalls, outcome.best.placement)
+                ends = np.cumsum([len(lot.stalls) for lot in self.lots])
+                return [placed[mine] for mine in np.split(np.arange(len(placed)), ends[:-1])]
         return None
-
-    def _plans(self, stalls: Rectangles) -> list[Rectangles]:
-        ends = np.cumsum([len(lot.stalls) for lot in self.lots])
-        return [
-            stalls[np.arange(end - len(lot.stalls), end)] for lot, end in zip(self.lots, ends.tolist(), strict=True)
-        ]
 
 
 def _placed(plan: Rectangles, placement: Placement) -> Rectangles:

@@ -88,14 +88,13 @@ class PlanOnMap:
         ``time``: of the frame, seconds. Returns the indices of the rows that changed then, and None before and after.
         """
         for search in self._searches:
-            missing = [lot for lot in search.lots if not self._is_on_map(lot)]
-            if not missing:
+            if all(self._is_on_map(lot) for lot in search.lots):
                 continue
             plans = search.go_on(tracker.count_in(search.about), partial(found_map, tracker, grid, search.about))
             if plans is not None:
-                index = np.zeros(0, np.intp)
+                index = None
                 for lot, plan in zip(search.lots, plans, strict=True):
-                    if any(lot is each for each in missing):
+                    if not self._is_on_map(lot):
                         index = self._put(lot, plan, tracker, grid, version, time)  # with the changes before it
                 return index
         return None
