@@ -46,7 +46,7 @@ _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 @dataclass(frozen=True, slots=True)
 class MapRequest:
-    """A source with the options of the command line."""
+    """A source with the options of the command line. ``areas``: those of ``private``, (longitude, latitude)."""
 
     source: Path | RemoteRaster
     out: Path
@@ -71,6 +71,7 @@ class MapRequest:
     taken: float | None = None
     flight: FlightId | None = None
     allow_host: Hosts | None = None
+    areas: tuple[shapely.Polygon, ...] = ()
     now: float = field(default_factory=time.time)
 
     @property
@@ -85,20 +86,22 @@ def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a source. Raises PictureError: it cannot be mapped, or an option does not fit it."""
     if asked.name is not None:
         asked = replace(asked, name=_lot_name(asked.name))
-    mapped = _survey_of(asked, progress)
-    if asked.private is None:
-        return mapped
-    return replace(mapped, notes=(*mapped.notes, _private_note(asked.private, mapped.landed)))
+    private = asked.private
+    if private is None:
+        return _survey_of(asked, progress)
+    areas = read_private(private)
+    mapped = _survey_of(replace(asked, areas=areas), progress)
+    return replace(mapped, notes=(*mapped.notes, _private_note(private.name, areas, mapped.landed)))
 
 
-def _private_note(path: Path, landed: LandingFacts) -> str:
+def _private_note(name: str, areas: Sequence[shapely.Polygon], landed: LandingFacts) -> str:
     """Return what became of a file of private areas: one that has none near the map has a mistake in it."""
     rows, columns = np.array([*landed.current.tiles], np.float64).reshape(-1, 2).T * TILE_M
-    if len(rows) and not private_ground(read_private(path), landed.datum).intersects(
+    if len(rows) and not private_ground(areas, landed.datum).intersects(
         shapely.box(-rows.max() - TILE_M, columns.min(), -rows.min(), columns.max() + TILE_M)
     ):
-        return f"No area of {path.name} lies where the pictures are, so that they show everything: look at its places."
-    return f"No picture shows the areas of {path.name}, and nothing is counted there."
+        return f"No area of {name} lies where the pictures are, so that they show everything: look at its places."
+    return f"No picture shows the areas of {name}, and nothing is counted there."
 
 
 def _survey_of(asked: MapRequest, progress: Progress) -> PictureSurvey:
@@ -248,10 +251,9 @@ def _provenance(asked: MapRequest, name: str, kind: SourceKind, read: ShotSet | 
 def _of_shots(
     asked: MapRequest, provenance: Provenance, read: ShotSet, pictures: Pictures, progress: Progress
 ) -> PictureSurvey:
-    private = () if asked.private is None else read_private(asked.private)
     work = asked.out / WORK
     return survey_shots(
-        provenance, read, pictures, private=private, model=asked.model, work=work, progress=progress
+        provenance, read, pictures, private=asked.areas, model=asked.model, work=work, progress=progress
     ).mapped
 
 

@@ -5,6 +5,7 @@ import { type Place, type ViewName, VIEWS } from "../route/place.ts";
 import type { Route } from "../route/route.ts";
 import type { LanguageChoice } from "../state/preferences.ts";
 import { icon } from "../ui/icons.ts";
+import { nameOrder } from "../words/find.ts";
 import { type LanguageName, LANGUAGES } from "../words/languages.ts";
 import { clockWords, keepClock, timeOnClock } from "../words/clock.ts";
 import { language, say } from "../words/say.ts";
@@ -47,7 +48,7 @@ export class TopBar extends LitElement {
 
   override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has("lots") || changed.has("spoken")) {
-      const { compare } = new Intl.Collator(language(), { numeric: true });
+      const compare = nameOrder();
       this.chosen = (this.lots?.length ?? 0) > MOST_CHOSEN ? [] : [...(this.lots ?? [])].sort((one, other) => compare(one.name, other.name));
     }
     if (keepClock(this.lot?.time_zone)) this.clocked();

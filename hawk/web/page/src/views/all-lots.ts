@@ -2,8 +2,7 @@ import type { LocalPlane } from "../fence/plane.ts";
 import type { LotPlace } from "../link/lot-places.ts";
 import type { LotMark } from "../map/lot-groups.ts";
 import type { LotOrder } from "../route/place.ts";
-import { withWords } from "../words/find.ts";
-import { language } from "../words/say.ts";
+import { nameOrder, withWords } from "../words/find.ts";
 
 /** Share of the stalls with a known state that the newest survey found taken; null where it knows none. */
 export function takenShare({ last_survey: last }: Pick<LotPlace, "last_survey">): number | null {
@@ -37,7 +36,7 @@ export function firstLots(lots: readonly LotPlace[], order: LotOrder, most: numb
 }
 
 function inOrder(order: LotOrder): (one: LotPlace, other: LotPlace) => number {
-  const { compare } = new Intl.Collator(language(), { numeric: true });
+  const compare = nameOrder();
   const seen = ({ last_survey: last }: LotPlace): number => (last === null ? -Infinity : Date.parse(last.ended));
   const due = (lot: LotPlace): number => (lot.due === null ? Infinity : Date.parse(lot.due));
   const full = (lot: LotPlace): number => takenShare(lot) ?? -1;
