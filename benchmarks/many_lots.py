@@ -2,7 +2,7 @@
 
 All on a map are the page's answer, encoded and packed, beside all of them as GeoJSON features with their outlines.
 
-``python -m benchmarks.many_lots [--lots N] [--surveys N] [--stalls N] [--json FILE]``
+``python -m benchmarks.many_lots [--lots N] [--surveys N] [--stalls N] [--keep DIR] [--json FILE]``
 
 `benchmarks.many_lots_store` makes the store. Each figure stands beside that of the same rows with
 ``--reference`` lots, in the same run. The store is opened as desk and daemon open it. With over a hundred surveys of
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import asyncio
+import contextlib
 import sys
 import tempfile
 import time
@@ -133,12 +134,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--surveys", type=int, default=1, help="surveys of each (default 1)")
     parser.add_argument("--stalls", type=int, default=STALLS, help=f"stalls of each (default {STALLS})")
     parser.add_argument("--reference", type=int, default=REFERENCE, help=f"lots to compare with (default {REFERENCE})")
+    parser.add_argument("--keep", type=Path, help="folder of the stores: those that are there are not made again")
     options = parser.parse_args(arguments)
     found = []
-    with tempfile.TemporaryDirectory(prefix="hawk-many-lots-") as folder:
+    with contextlib.ExitStack() as stack:
+        folder = options.keep or Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="hawk-many-lots-")))
         for lots in (options.reference, options.lots):
-            path = Path(folder) / f"{lots}.db"
-            fill(path, lots, options.surveys, options.stalls)
+            path = folder / f"{lots}-{options.surveys}-{options.stalls}.db"
+            if not path.exists():
+                made = path.with_suffix(".part")
+                made.unlink(missing_ok=True)
+                fill(made, lots, options.surveys, options.stalls)
+                made.rename(path)
             found.append(measure(path, lots))
     return print_and_write([figures(found[1], found[0])], options.json)
 

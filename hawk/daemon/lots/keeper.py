@@ -81,6 +81,8 @@ class LotKeeper:
         """Survey and version of the map that was saved, by the lot of a round; "": the whole flight."""
         self._doubtful: set[str] = set()
         self._over: frozenset[str] = frozenset()
+        self._ahead: frozenset[str] = frozenset()
+        """Lots of the round that this flight has not begun: stalls seen beyond another lot are no survey of them."""
         self._left_of: tuple[str, float | None] = ("", None)
         self._failure = ""
         self._lock = asyncio.Lock()
@@ -106,7 +108,9 @@ class LotKeeper:
             self._due.set()  # at the first word too: an earlier run may have ended in the air
 
     def note_plan(self, plan: PathPlan) -> None:
-        """Note with which lots the round is done: each is saved at once."""
+        """Note with which lots the round is done: each is saved at once; and which ones it has not begun."""
+        if looks := plan.explore.lots:
+            self._ahead = frozenset(look.lot for look in looks if not look.is_over and look.seen == 0.0)
         over = frozenset(look.lot for look in plan.explore.lots if look.is_over)
         if over - self._over:
             self._due.set()
@@ -149,6 +153,7 @@ class LotKeeper:
         done = {lot.id for lot in lots if lot.is_over and self._kept.get(lot.id, ("",))[0] == landed.name}
         if not is_armed:
             done -= self._doubtful  # the map has shown more since
+            done |= self._ahead
         return [lot.id for lot in lots if lot.id not in done and (lot.is_over or not is_armed)]
 
     async def _save(self, landed: LandingFacts, lots: Sequence[str]) -> bool:

@@ -254,6 +254,21 @@ async def test_a_lot_of_a_round_is_stored_in_flight_once_it_is_over_and_the_othe
     ]
 
 
+async def test_a_lot_that_the_round_has_not_begun_gets_no_survey_of_the_stalls_beyond_another_one(
+    tmp_path: Path,
+) -> None:
+    async with flown(tmp_path / "lots.db") as drone:
+        await until(lambda: drone.store.is_open)
+        drone.keeper.note(armed=True)
+        drone.survey = round_of(at(1, 10.0), at(2, 40.0))
+        drone.keeper.note_plan(PathPlan(explore=ExploreStatus(lots=(LotLook("west", 0.4), LotLook("east", 0.0)))))
+        drone.keeper.note_plan(PathPlan())  # on the way home it explores no more
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 2)
+        assert await drone.stored() == ["000001-x@west"]
+    assert drone.messages[1][1] == "Not finished: West, East."
+
+
 async def test_after_a_battery_swap_the_rest_of_a_round_replaces_what_was_stored_of_it(tmp_path: Path) -> None:
     async with flown(tmp_path / "lots.db") as drone:
         for version, lots in ((5, ("west",)), (6, ("west", "east"))):
