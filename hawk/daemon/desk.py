@@ -31,7 +31,7 @@ from hawk.config.sections import Config, ConfigError, InboxSettings
 from hawk.daemon.announcement import PageShown, announcement, serve
 from hawk.daemon.lots.day_flights import DayPlanner, drone_of
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.daemon.lots.schedule import moments_due
+from hawk.daemon.lots.schedule import Timetable
 from hawk.daemon.start_checks import check_background
 from hawk.lots.change_detection.comparison import newest_placed
 from hawk.lots.names import lot_named
@@ -197,14 +197,15 @@ async def _serve_page(
         travel_speed_m_s=config.flight.speed_m_s,
         loop_lag=lag.summary,
     )
-    with _of_store(config, store, services, collects=collects) as whole:
+    timetable = Timetable(config.schedule, has_desk=config.collect.url is not None)
+    with _of_store(config, store, services, timetable, collects=collects) as whole:
         server = WebServer(whole)
         if under is not None:
             occupancy_map.publish(under.mosaic)
         await serve(server, config.web)
         _announce(PageShown.of(server, tls), folder, place, is_recording=store is None)
         try:
-            async with _sending(config, store):
+            async with _sending(config, store, timetable):
                 await _speak(status, clock, under)
         finally:
             await server.close()
@@ -212,19 +213,19 @@ async def _serve_page(
 
 @contextlib.contextmanager
 def _of_store(
-    config: Config, store: LotStore | None, services: WebServices, *, collects: bool
+    config: Config, store: LotStore | None, services: WebServices, timetable: Timetable, *, collects: bool
 ) -> Iterator[WebServices]:
     """Give the services with those of a store, where there is one."""
     if store is None:
         yield services
         return
-    with contextlib.closing(DayPlanner(store, config, partial(drone_of, config))) as days:
+    with contextlib.closing(DayPlanner(store, config, timetable, partial(drone_of, config))) as days:
         yield replace(
             services,
             lots=store,
             collects=collects,
             inbox=inbox_folder(config.inbox),
-            due=partial(moments_due, config.schedule) if config.schedule else None,
+            due=None if timetable.is_empty else timetable.moments,
             day_plan=days.plan,
             folder=config.store.directory,
         )
@@ -238,12 +239,12 @@ def _announce(page: PageShown, folder: Path, place: str, *, is_recording: bool) 
 
 
 @contextlib.asynccontextmanager
-async def _sending(config: Config, store: LotStore | None) -> AsyncIterator[None]:
+async def _sending(config: Config, store: LotStore | None, timetable: Timetable) -> AsyncIterator[None]:
     """Send surveys of the store to the desk that collects them, where the settings name one."""
     if store is None:
         yield
         return
-    sender = DocumentSender(store, config.collect, time.time, lambda: False, _log_message)
+    sender = DocumentSender(store, config.collect, time.time, lambda: False, _log_message, take_due=timetable.take)
     running = asyncio.create_task(sender.run(), name="collect")
     try:
         yield

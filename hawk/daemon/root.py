@@ -15,7 +15,6 @@ import time
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
-from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,7 +35,6 @@ from hawk.daemon.flight_offer import FlightOffer
 from hawk.daemon.flight_trace import FlightTrace
 from hawk.daemon.flights import FlightFollower, FlightParts
 from hawk.daemon.lots.parts import LotParts, program_name, surroundings
-from hawk.daemon.lots.schedule import moments_due
 from hawk.daemon.map_keeper import MapKeeper
 from hawk.daemon.monitor import Monitor, MonitoredParts
 from hawk.daemon.options import DaemonOptions, start_words
@@ -285,7 +283,7 @@ class Daemon:
             recordings=self._recording.folder,
             sections=lambda: self._lots.sections.current,
             lots=self._lots.store,
-            due=partial(moments_due, self._config.schedule) if self._config.schedule else None,
+            due=None if self._lots.timetable.is_empty else self._lots.timetable.moments,
             day_plan=self._lots.days.plan,
             read_area=editable_area,
             cookie_secret=cookie_secret(self._config.store.directory),

@@ -68,8 +68,9 @@ def _stamp(connection: Connection, lot: str) -> Stamp:
     return lot, newest_layout(connection, lot), revision_of(connection, lot)
 
 
-def newest_survey(connection: Connection, lot: str) -> tuple[str, float | None] | None:
-    """Return the name of the lot with an id or name, and the end of its newest survey, Unix seconds; None: no such lot.
+def newest_survey(connection: Connection, lot: str) -> tuple[str, str, float | None] | None:
+    """Return id and name of the lot with an id or name, and the end of its newest survey, Unix seconds; None: no such
+    lot.
 
     Pictures whose time is not sure count as no survey.
     """
@@ -80,7 +81,7 @@ def newest_survey(connection: Connection, lot: str) -> tuple[str, float | None] 
     taken = select(ordered_at()).where(
         SURVEY.c.seq == select(last_of(LOT.c.id)).where(LOT.c.id == row.id).scalar_subquery()
     )
-    return str(row.name), connection.execute(taken).scalar()
+    return str(row.id), str(row.name), connection.execute(taken).scalar()
 
 
 def last_author(connection: Connection, lot: str) -> str:
@@ -120,7 +121,7 @@ def lots_ahead(
         )
         is_near, name = away <= AGAIN_M, str(row["name"])
         newest = newest_survey(connection, row["id"]) if is_near else None
-        due = newest is not None and is_due(row["id"], name, newest[1])
+        due = newest is not None and is_due(row["id"], name, newest[2])
         found.append(LotAhead(str(row["id"]), name, stalls, away, outline if is_near else Outline(), due, sections))
     return tuple(found)
 

@@ -25,9 +25,9 @@ from sqlalchemy import (
 
 APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
-VERSION: Final = 8
+VERSION: Final = 9
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "c605e7031bf86222bd16bebe3b537ff4"
+SCHEMA: Final = "dfd9a351315eeb42be15085f619e081c"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -302,9 +302,11 @@ DESK: Final = Table(
     Column("target", String(16), primary_key=True),
     Column("state", Integer, nullable=False),
     Column("apart", Integer),
+    Column("due", Text),
 )
 """Desks that this store is sent to, as `DELIVERY` names them. ``state``: number at the desk up to which its lots were
-taken from there. ``apart``: the least of a lot that was left out, on the ground of another one; NULL: none was. The
+taken from there. ``due``: JSON of `hawk.lots.documents.lot_document.LotDue`, of its newest answer. ``apart``: the least
+of a lot that was left out, on the ground of another one; NULL: none was. The
 table has no digest: the lots have, and what changes at the desk comes again."""
 CHANGE: Final = Table(
     "change",

@@ -12,7 +12,7 @@ import asyncio
 import logging
 import ssl
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from http import HTTPStatus
@@ -35,6 +35,7 @@ from hawk.webhooks.sender import target_of
 if TYPE_CHECKING:
     from sqlalchemy import Connection
 
+    from hawk.lots.documents.lot_document import LotDue
     from hawk.lots.documents.lot_return import LotQuery
     from hawk.lots.outbox import Message
 
@@ -88,14 +89,20 @@ class DocumentSender:
         is_flown: Callable[[], bool],
         add_message: Callable[[Level, str, str], object],
         times: SenderTimes = TIMES,
+        take_due: Callable[[Sequence[LotDue]], object] = lambda _: None,
     ) -> None:
-        """Take the parts, as those of `hawk.webhooks.sender.WebhookSender`; nothing runs before `run`."""
+        """Take the parts, as those of `hawk.webhooks.sender.WebhookSender`; nothing runs before `run`.
+
+        ``take_due``: takes what is due at the desk, also what it said in an earlier run.
+        """
         self._store = store
         self._settings = settings
         self._wall = wall
         self._is_flown = is_flown
         self._add_message = add_message
         self._times = times
+        self._take_due = take_due
+        self._has_due = False
         self._failed = 0
         self._said: set[str] = set()
         self._next_query = 0.0
@@ -153,6 +160,7 @@ class DocumentSender:
                 self._say_once("newer", words, str(error))
                 return False
             self._said.discard("newer")
+            self._take_due(returned.due)
             for name in returned.replaced:
                 words = say("The plan of {name} is the desk's now; some of your changes are not in it.", name=name)
                 self._add_message("info", words, "")
@@ -179,6 +187,9 @@ class DocumentSender:
             await self._wait_for_link(url, TryOutcome(0, words))
             return False
         target, now = desk_target(url, token), self._wall()
+        if not self._has_due:
+            self._take_due(await self._store.read(lambda c: lot_return.due_there(c, target)))
+            self._has_due = True
         message = await self._store.read(lambda c: outbox.due_state(c, target, now))
         if message is None:
             return False

@@ -16,9 +16,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from hawk.comm.cameras.calibration import load_calibration
-from hawk.config.sections import Config, ScheduledSurvey
+from hawk.config.sections import Config
 from hawk.daemon.lots.day_plan import DayLimits, DueLot, RoundFlight, day_plan, day_rounds, flight_seconds
-from hawk.daemon.lots.schedule import moments_due, unknown_lot
+from hawk.daemon.lots.schedule import Timetable, unknown_lot
 from hawk.daemon.lots.tour import planned_tours
 from hawk.ddc.battery.energy import ASSUMED_DRAIN
 from hawk.ddc.battery.survey import Battery, Sweep, need_on_ground
@@ -73,11 +73,12 @@ class DayPlanner:
     """`plan` belongs to the loop; one plan is made at a time."""
 
     def __init__(
-        self, store: LotStore, config: Config, drone: Callable[[], DayDrone], wall: Callable[[], float] = time.time
-    ) -> None:
+        self, store: LotStore, config: Config, timetable: Timetable, drone: Callable[[], DayDrone],
+        wall: Callable[[], float] = time.time,
+    ) -> None:  # fmt: skip
         """``wall`` returns UTC, Unix seconds."""
         self._store = store
-        self._entries: Sequence[ScheduledSurvey] = config.schedule
+        self._timetable = timetable
         self._flight = config.flight
         self._drone = drone
         self._wall = wall
@@ -99,7 +100,7 @@ class DayPlanner:
         drone, now = self._drone(), self._wall()
         if drone.is_flying:
             raise DayPlanError(say("The drone flies: plan the day after its landing."))
-        if not self._entries:
+        if not self._timetable.lots():
             return DayPlan(problems=(say("The settings have no [[schedule]]: write one for each lot."),))
         async with self._one:
             await self._store.open()
@@ -111,12 +112,12 @@ class DayPlanner:
         moments: dict[str, list[datetime]] = {}
 
         def note(lot: str, name: str, last: float | None) -> bool:
-            moments[lot] = moments_due(self._entries, lot, name, last, now, 1)
+            moments[lot] = self._timetable.moments(lot, name, last, now, 1)
             return bool(moments[lot])
 
-        named = sorted({entry.lot for entry in self._entries})
-        lots = queries.lots_ahead(connection, None, note, named)
-        unknown, there = names.unknown_lots(connection, named)
+        lots = queries.lots_ahead(connection, None, note, self._timetable.lots())
+        written = sorted({entry.lot for entry in self._timetable.entries})
+        unknown, there = names.unknown_lots(connection, written)
         due = [DueLot(lot, moment) for lot in lots for moment in moments[lot.id]]
         return due, [unknown_lot(each, there) for each in unknown]
 

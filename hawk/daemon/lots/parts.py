@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Self
 
@@ -16,7 +15,7 @@ from hawk.daemon.lots.day_flights import DayDrone, DayPlanner, drone_of
 from hawk.daemon.lots.flown_sections import SectionCounter
 from hawk.daemon.lots.keeper import LotKeeper, find_stalls
 from hawk.daemon.lots.known_lot import KnownLotFollower
-from hawk.daemon.lots.schedule import Schedule, due_lots
+from hawk.daemon.lots.schedule import Schedule, Timetable
 from hawk.daemon.lots.tour import Surroundings, TourKeeper
 from hawk.ddc.battery.survey import Battery
 from hawk.ddc.fence.geometry import FenceError
@@ -43,6 +42,7 @@ class LotParts:
     sections: SectionCounter
     webhooks: WebhookSender
     documents: DocumentSender
+    timetable: Timetable
     schedule: Schedule
     days: DayPlanner
 
@@ -66,15 +66,21 @@ class LotParts:
         """
         store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
         tours = TourKeeper(around)
-        is_due = partial(due_lots, config.schedule, time.time)
+        timetable = Timetable(config.schedule, has_desk=config.collect.url is not None)
+
+        def is_due(lot: str, name: str, last: float | None) -> bool:
+            return timetable.is_due(lot, name, last, time.time())
+
         known = KnownLotFollower(store, datum, survey, add_message, tours=tours, due=is_due)
         sections = SectionCounter(store, lambda: known.lots, datum, occupancy)
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored, stored=known.wake)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
-        documents = DocumentSender(store, config.collect, time.time, lambda: keeper.is_armed, add_message)
-        schedule = Schedule(store, config.schedule, time.time, lambda: keeper.is_armed, add_message)
-        days = DayPlanner(store, config, day_drone(config, around, full_battery))
-        return cls(store, keeper, known, tours, sections, webhooks, documents, schedule, days)
+        documents = DocumentSender(
+            store, config.collect, time.time, lambda: keeper.is_armed, add_message, take_due=timetable.take
+        )
+        schedule = Schedule(store, timetable, time.time, lambda: keeper.is_armed, add_message)
+        days = DayPlanner(store, config, timetable, day_drone(config, around, full_battery))
+        return cls(store, keeper, known, tours, sections, webhooks, documents, timetable, schedule, days)
 
     def loops(self) -> tuple[tuple[str, Callable[[], Awaitable[None]]], ...]:
         """Return what runs until the end, by its name."""

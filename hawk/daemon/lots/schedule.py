@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime, time, timedelta
 from typing import TYPE_CHECKING, Final
@@ -19,6 +19,7 @@ from hawk.runtime.late import late
 if TYPE_CHECKING:  # loaded on the store's thread
     from hawk.lots import known_lot as queries
     from hawk.lots import names
+    from hawk.lots.documents.lot_document import LotDue
 else:
     queries, names = late("hawk.lots.known_lot"), late("hawk.lots.names")
 
@@ -38,6 +39,7 @@ class Flown:
     Pictures whose time is not sure count as none.
     """
 
+    id: str
     name: str
     last: float | None
 
@@ -84,13 +86,6 @@ def moments_due(
     return sorted(found)
 
 
-def due_lots(
-    entries: Sequence[ScheduledSurvey], wall: Callable[[], float], lot: str, name: str, last: float | None
-) -> bool:
-    """Return True when a survey of a lot is due now, by its id or name; ``last`` as for `moments_due`."""
-    return bool(entries) and bool(moments_due(entries, lot, name, last, wall(), 0))
-
-
 def is_flown(last: float | None, moment: datetime) -> bool:
     """Return True when a survey that ended at ``last``, Unix seconds, is the one that was due at a moment."""
     return last is not None and last >= (moment - EARLY).timestamp()
@@ -103,13 +98,73 @@ def unknown_lot(given: str, there: Sequence[str]) -> str:
     return say("schedule: no lot has the name or id {lot}: write one of {names}.", lot=given, names=", ".join(there))
 
 
+class Timetable:
+    """Moments at which surveys are due, by the settings and by the schedule of the desk that the store is sent to.
+
+    `take` belongs to the loop; the others may be called on any thread.
+    """
+
+    def __init__(self, entries: Sequence[ScheduledSurvey], *, has_desk: bool = False) -> None:
+        """``has_desk``: the store is sent to a desk."""
+        self.entries = tuple(entries)
+        self.is_empty = not entries and not has_desk
+        self._at_desk: Mapping[str, LotDue] = {}
+
+    def take(self, due: Sequence[LotDue]) -> None:
+        """Take what is due at the desk, in place of what was."""
+        self._at_desk = {each.lot: each for each in due}
+
+    def lots(self) -> list[str]:
+        """Return the lots that surveys are due of at some time: names or ids of the settings, ids of the desk."""
+        return sorted({*(entry.lot for entry in self.entries), *self._at_desk})
+
+    def moments(self, lot: str, name: str, last: float | None, now: float, days: int) -> list[datetime]:
+        """Return when surveys of a lot are due, as `moments_due` does; one that the desk has is flown."""
+        there = self._at_desk.get(lot)
+        if there is None:
+            return moments_due(self.entries, lot, name, last, now, days)
+        last = _later(last, there.last)
+        own = moments_due(self.entries, lot, name, last, now, days)
+        until = now + days * 86_400.0
+        moments = (moment for moment in map(_here, there.moments) if now < (moment + LATE).timestamp())
+        given = (moment for moment in moments if moment.timestamp() <= until and not is_flown(last, moment))
+        return sorted({*own, *given})
+
+    def is_due(self, lot: str, name: str, last: float | None, now: float) -> bool:
+        """Return True when a survey of a lot is due now; arguments as those of `moments`."""
+        return not self.is_empty and bool(self.moments(lot, name, last, now, 0))
+
+    def come(self, now: float) -> list[tuple[str, datetime]]:
+        """Return the lots, by `lots`, with the moments that have come and are not over, whether flown or not."""
+        own = ((entry.lot, moment_due(entry, datetime.fromtimestamp(now, entry.clock()))) for entry in self.entries)
+        found = [(lot, moment) for lot, moment in own if moment is not None]
+        for each in self._at_desk.values():
+            moments = map(_here, each.moments)
+            found += [(each.lot, one) for one in moments if one.timestamp() <= now < (one + LATE).timestamp()]
+        return found
+
+    def last(self, lot: str, here: float | None) -> float | None:
+        """Return the end of the newest survey of a lot by its id, here or at the desk."""
+        there = self._at_desk.get(lot)
+        return here if there is None else _later(here, there.last)
+
+
+def _later(one: float | None, other: float | None) -> float | None:
+    return max((each for each in (one, other) if each is not None), default=None)
+
+
+def _here(seconds: float) -> datetime:
+    """Return a moment by this computer's clock."""
+    return datetime.fromtimestamp(seconds).astimezone()
+
+
 class Schedule:
     """`run` belongs to the loop."""
 
     def __init__(
         self,
         store: LotStore,
-        entries: Sequence[ScheduledSurvey],
+        timetable: Timetable,
         wall: Callable[[], float],
         is_armed: Callable[[], bool],
         add_message: Callable[[Level, str, str], object],
@@ -118,22 +173,22 @@ class Schedule:
 
         Args:
             store: The store of lots.
-            entries: What is due when.
+            timetable: What is due when.
             wall: UTC, Unix seconds.
             is_armed: Returns True while the motors are on: nothing is asked then.
             add_message: Adds a message for the operator: level, text, details.
         """
         self._store = store
-        self._entries = entries
+        self._timetable = timetable
         self._wall = wall
         self._is_armed = is_armed
         self._add_message = add_message
-        self._said: set[tuple[int, float]] = set()
+        self._said: set[tuple[str, float]] = set()
         self._is_checked = False
 
     async def run(self) -> None:
-        """Look at the clock until cancelled; without entries wait for that."""
-        if not self._entries:
+        """Look at the clock until cancelled; where nothing can be due wait for that."""
+        if self._timetable.is_empty:
             await asyncio.Event().wait()
         while True:
             if not self._is_armed():
@@ -146,13 +201,12 @@ class Schedule:
     async def look(self) -> None:
         """Say what has become due since the last look, and once which lots are not known. Raises LotStoreError."""
         await self._look_for_unknown()
-        for number, entry in enumerate(self._entries):
-            moment = moment_due(entry, datetime.fromtimestamp(self._wall(), entry.clock()))
-            if moment is None or (number, moment.timestamp()) in self._said:
+        for named, moment in self._timetable.come(self._wall()):
+            if (named, moment.timestamp()) in self._said:
                 continue
-            lot = await self._flown(entry.lot)
-            self._said.add((number, moment.timestamp()))
-            if lot is not None and not is_flown(lot.last, moment):
+            lot = await self._flown(named)
+            self._said.add((named, moment.timestamp()))
+            if lot is not None and not is_flown(self._timetable.last(lot.id, lot.last), moment):
                 when = f"{moment:%H:%M}"
                 self._add_message(
                     "warning",
@@ -162,10 +216,10 @@ class Schedule:
 
     async def _look_for_unknown(self) -> None:
         """Say which lots of the schedule are not known, once each: also before their surveys are due."""
-        if self._is_checked:
+        if self._is_checked or not self._timetable.entries:
             return
         await self._store.open()
-        given = sorted({entry.lot for entry in self._entries})
+        given = sorted({entry.lot for entry in self._timetable.entries})
         unknown, there = await self._store.read(lambda connection: names.unknown_lots(connection, given))
         self._is_checked = True
         for each in unknown:

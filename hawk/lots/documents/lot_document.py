@@ -37,6 +37,10 @@ from hawk.lots.values import LONGEST_ZONE, LotInputError
 FORMAT: Final = "hawk lots"
 VERSION: Final = 1
 """Version of documents that are written. Each that was ever written can be read."""
+MOST_SCHEDULED: Final = 1000
+"""Lots of a document that are due at some time."""
+MOST_DUE: Final = 1000
+"""Moments of a lot of them."""
 
 
 class Layout(Part):
@@ -142,21 +146,31 @@ class LotPart(Part):
     base: LotBase | None = None
 
 
+class LotDue(Part):
+    """When surveys of a lot are due by the schedule of a desk. `last`: end of its newest survey there."""
+
+    lot: Uuid
+    last: Moment | None
+    moments: Annotated[tuple[Moment, ...], Field(fail_fast=True, max_length=MOST_DUE)]
+
+
 class LotDocument(Part):
     """Lots with their plans, and those that became part of them. `state`: number of the newest change of a lot that
-    this document, or an earlier one, has.
+    this document, or an earlier one, has. `due`: of a desk's, what is due there.
     """
 
     format: Literal["hawk lots"]
     version: Literal[1]
     state: Whole
     lots: Annotated[tuple[LotPart, ...], Field(fail_fast=True, max_length=1000)]
+    due: Annotated[tuple[LotDue, ...], Field(fail_fast=True, max_length=MOST_SCHEDULED)] = ()
 
 
 def unpacked(data: bytes) -> LotDocument:
     """Return the document of `hawk.lots.documents.parts.packed`. Raises LotInputError with the field."""
     document = read_document(data, LotDocument, FORMAT, VERSION)
     check_lots(document.lots)
+    check_single("due", [each.lot for each in document.due])
     return document
 
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
+from pydantic import TypeAdapter, ValidationError
 from sqlalchemy import Connection, select, update
 from sqlalchemy.dialects.sqlite import insert
 
 from hawk.lots import commands
 from hawk.lots.documents import plan_rows
 from hawk.lots.documents.collection import is_erased
-from hawk.lots.documents.lot_document import LotDocument, LotPart, plan_digest
+from hawk.lots.documents.lot_document import LotDocument, LotDue, LotPart, plan_digest
 from hawk.lots.documents.lot_states import LotState, keep, outer_first, part_here, plan_here
 from hawk.lots.documents.parts import digest_of
 from hawk.lots.documents.source import came_from_desk
@@ -31,6 +32,7 @@ DESK_WRITER: Final = ""
 """Writer of what a desk gave."""
 WHO: Final = "desk"
 """Name by which the log of changes calls it."""
+_DUE: Final = TypeAdapter(tuple[LotDue, ...])
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,17 +67,28 @@ class LotQuery:
 class LotAnswer:
     """``next``: the next question; None when the desk has no more.
 
-    ``replaced``: names of lots whose plan had versions of its own here, and is the desk's now.
+    ``replaced``: names of lots whose plan had versions of its own here, and is the desk's now. ``due``: what is due
+    there.
     """
 
     next: LotQuery | None
     replaced: tuple[str, ...]
+    due: tuple[LotDue, ...] = ()
 
 
 def first_query(connection: Connection, target: str) -> LotQuery:
     """Return the first question to a desk, by its name in deliveries."""
     row = connection.execute(select(DESK).where(DESK.c.target == target)).first()
     return LotQuery(target, is_first=True) if row is None else LotQuery(target, row.state, apart=row.apart)
+
+
+def due_there(connection: Connection, target: str) -> tuple[LotDue, ...]:
+    """Return what was due at a desk, by its name in deliveries, when it was asked last."""
+    found = connection.execute(select(DESK.c.due).where(DESK.c.target == target)).scalar()
+    try:
+        return () if found is None else _DUE.validate_json(found, strict=True)
+    except ValidationError:  # damaged: the next answer brings it
+        return ()
 
 
 def take_back(
@@ -114,10 +127,11 @@ def take_back(
             replaced += [part.name] if _take(connection, part, here) else []
     _move_surveys(connection, document, now, register)
     reached = _least(document.state, None if asked.held is None else asked.held - 1)
-    values = {"target": asked.target, "state": reached, "apart": asked.apart}
+    due = _DUE.dump_json(document.due).decode()
+    values = {"target": asked.target, "state": reached, "apart": asked.apart, "due": due}
     noted = insert(DESK).values(values)
     connection.execute(noted.on_conflict_do_update(index_elements=["target"], set_=values))
-    return LotAnswer(asked.following(document.state), tuple(replaced))
+    return LotAnswer(asked.following(document.state), tuple(replaced), document.due)
 
 
 def _least(one: int | None, other: int | None) -> int | None:

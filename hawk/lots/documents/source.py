@@ -4,19 +4,30 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from datetime import datetime
 from typing import Any, Final, TypeVar
 
 from pydantic import ValidationError
-from sqlalchemy import Connection, RowMapping, Table, func, select
+from sqlalchemy import ColumnElement, Connection, RowMapping, Table, func, select, true
 
 from hawk.formats.validation import first_wrong
 from hawk.lots.documents.lot_document import FORMAT as LOT_FORMAT
+from hawk.lots.documents.lot_document import (
+    MOST_DUE,
+    MOST_SCHEDULED,
+    LotBase,
+    LotDocument,
+    LotDue,
+    LotPart,
+    kept_lot,
+    plan_digest,
+)
 from hawk.lots.documents.lot_document import VERSION as LOT_VERSION
-from hawk.lots.documents.lot_document import LotBase, LotDocument, LotPart, kept_lot, plan_digest
 from hawk.lots.documents.parts import Ground, Part
 from hawk.lots.documents.survey_document import FORMAT, VERSION, SurveyDocument
+from hawk.lots.known_lot import newest_survey
 from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.registration.survey_place import Doubt
@@ -44,6 +55,10 @@ from hawk.model.lot_map import TileKey
 from hawk.model.plans import Outline
 
 P = TypeVar("P", bound=Part)
+DUE_DAYS: Final = 30
+"""Days for which a drone knows what is due at its desk."""
+MomentsDue = Callable[[str, str, float | None, int], Sequence[datetime]]
+"""Returns when surveys of a lot are due: its id and name, the end of its newest survey, within how many days."""
 _OF_SURVEY: Final = (
     "id", "kind", "source", "source_name", "program", "simulated", "began", "ended", "time_is_sure", "latitude",
     "longitude", "accuracy", "placed", "lot", "layout",
@@ -157,12 +172,7 @@ def changed_lots(connection: Connection, after: int, limit: int, writer: str | N
         writer: Drone that has sent a survey of them, or their plans; None: all lots.
     """
     asked = select(OUTBOX.c.seq, OUTBOX.c.body).where(OUTBOX.c.kind == LOT_STATE, OUTBOX.c.seq > after)
-    asked = asked.where(OUTBOX.c.body.in_(select(LOT.c.id)))
-    if writer is not None:
-        of_survey = select(SURVEY.c.lot).join(DOCUMENT, DOCUMENT.c.survey == SURVEY.c.seq)
-        seen = of_survey.where(DOCUMENT.c.writer == writer, SURVEY.c.lot.is_not(None))
-        sent = select(LOT_DOCUMENT.c.lot).where(LOT_DOCUMENT.c.writer == writer)
-        asked = asked.where(OUTBOX.c.body.in_(seen) | OUTBOX.c.body.in_(sent))
+    asked = asked.where(OUTBOX.c.body.in_(select(LOT.c.id)), _is_of(OUTBOX.c.body, writer))
     rows = connection.execute(asked.order_by(OUTBOX.c.seq).limit(limit)).all()
     newest = select(func.max(OUTBOX.c.seq)).where(OUTBOX.c.kind == LOT_STATE)
     reached = min(after, connection.execute(newest).scalar() or 0)
@@ -172,6 +182,33 @@ def changed_lots(connection: Connection, after: int, limit: int, writer: str | N
         lots.append(part.model_copy(update={"base": LotBase.of(part)}))
     state = rows[-1].seq if rows else reached
     return LotDocument(format=LOT_FORMAT, version=LOT_VERSION, state=state, lots=tuple(lots))
+
+
+def lots_due(connection: Connection, moments_of: MomentsDue, writer: str | None) -> tuple[LotDue, ...]:
+    """Return when surveys of lots are due in the next `DUE_DAYS`; a lot that is in no schedule is left out.
+
+    ``writer``: as of `changed_lots`.
+    """
+    lots = select(LOT.c.id, LOT.c.name).where(LOT.c.merged_into.is_(None), _is_of(LOT.c.id, writer))
+    found: list[LotDue] = []
+    for lot, name in connection.execute(lots.order_by(LOT.c.made, LOT.c.id)):
+        if not moments_of(lot, name, None, DUE_DAYS) or len(found) == MOST_SCHEDULED:
+            continue
+        newest = newest_survey(connection, lot)
+        last = None if newest is None else newest[2]
+        moments = tuple(moment.timestamp() for moment in moments_of(lot, name, last, DUE_DAYS)[:MOST_DUE])
+        found.append(LotDue(lot=lot, last=last, moments=moments))
+    return tuple(found)
+
+
+def _is_of(lot: ColumnElement[str], writer: str | None) -> ColumnElement[bool]:
+    """Return whether a drone has sent a survey of a lot, or its plan; True for all lots without a drone."""
+    if writer is None:
+        return true()
+    of_survey = select(SURVEY.c.lot).join(DOCUMENT, DOCUMENT.c.survey == SURVEY.c.seq)
+    seen = of_survey.where(DOCUMENT.c.writer == writer, SURVEY.c.lot.is_not(None))
+    sent = select(LOT_DOCUMENT.c.lot).where(LOT_DOCUMENT.c.writer == writer)
+    return lot.in_(seen) | lot.in_(sent)
 
 
 @dataclass(frozen=True, slots=True)

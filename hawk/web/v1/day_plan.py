@@ -39,7 +39,7 @@ async def due(request: web.Request) -> web.StreamResponse:
         found = await store.read(lambda connection: known_lot.newest_survey(connection, lot))
     if found is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
-    moments = due_of(request)(lot, *found, query.days)
+    moments = due_of(request)(*found, query.days)
     return await made(request, lambda: Answer(bodies.DueList(items=moments)))
 
 

@@ -23,7 +23,7 @@ from hawk.web.access.guesses import TokenGuesses, is_loopback_peer
 from hawk.web.access.proxied import forwarding_header, is_secure
 from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
-from hawk.web.v1.answers import BUSY, answered, in_time, opened
+from hawk.web.v1.answers import BUSY, answered, due_of, in_time, opened
 from hawk.web.v1.bodies import LotState, SurveyState
 from hawk.web.v1.changes import UNSURE, changed
 from hawk.web.v1.parameters import ChangedLots, Query, query_of
@@ -122,8 +122,12 @@ async def changed_lots(request: web.Request) -> web.StreamResponse:
     store = await opened(request)
     writer = drone if query.seen else None
 
+    moments = due_of(request)
+
     def work(connection: Connection) -> bytes:
-        return parts.packed(source.changed_lots(connection, query.after, query.limit, writer))
+        lots = source.changed_lots(connection, query.after, query.limit, writer)
+        due = source.lots_due(connection, moments, writer)
+        return parts.packed(lots.model_copy(update={"due": due}))
 
     async with in_time(BUSY):
         data = await store.read(work, FILE_S)

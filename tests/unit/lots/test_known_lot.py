@@ -86,11 +86,17 @@ def test_the_newest_survey_of_a_lot_by_its_id_or_name(tmp_path: Path) -> None:
         save(connection, last)
         assert saved.lot is not None
         commands.rename(connection, saved.lot, "North", "operator", NOW)
-        assert newest_survey(connection, "North") == newest_survey(connection, saved.lot) == ("North", last.ended)
+        assert (
+            newest_survey(connection, "North")
+            == newest_survey(connection, saved.lot)
+            == (saved.lot, "North", last.ended)
+        )
         assert newest_survey(connection, "South") is None
         unsure = replace(later(survey(stalls=6), 3), began=0.0, ended=40.0, time_is_sure=False)
         save(connection, unsure)
-        assert newest_survey(connection, "North") == ("North", last.ended), "a clock that is wrong says nothing"
+        assert newest_survey(connection, "North") == (saved.lot, "North", last.ended), (
+            "a clock that is wrong says nothing"
+        )
 
 
 def test_the_last_author_is_named_until_another_change_is_made(tmp_path: Path) -> None:

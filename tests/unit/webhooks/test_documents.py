@@ -2,9 +2,10 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from hawk.config.sections import CollectSettings
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands, outbox
 from hawk.lots.documents import parts
+from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.plan import edits
 from hawk.lots.schema import DELIVERY, DOCUMENT, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.states import KINDS
@@ -46,14 +48,19 @@ class Line:
     centre: LotStore
     folder: Path
     url: str
+    moments: list[datetime]
+    """When surveys of Lot 1 are due at the desk."""
     is_flown: bool = False
     said: list[tuple[str, str]] = field(default_factory=list)
 
-    def sender(self, url: str = "", kbit_s: int = 0) -> DocumentSender:
+    def sender(
+        self, url: str = "", kbit_s: int = 0, take_due: Callable[[Sequence[LotDue]], object] = lambda _: None
+    ) -> DocumentSender:
         settings = CollectSettings(url=url or self.url, token_file=self.folder / "token", kbit_s=kbit_s)
         return DocumentSender(
             self.store, settings, time.time, lambda: self.is_flown,
             lambda level, text, details: self.said.append((text, details)), SenderTimes(look_s=0.01, try_s=20.0),
+            take_due,
         )  # fmt: skip
 
     async def waiting(self) -> int:
@@ -92,12 +99,14 @@ async def line(tmp_path: Path) -> AsyncIterator[Line]:
     desk, rig = tmp_path / "desk", Rig()
     centre = rig.lots = LotStore(desk / "lots.db", find_stalls)
     rig.collects, rig.folder = True, desk
+    moments: list[datetime] = []
+    rig.due = lambda _, name, *__: moments if name == "Lot 1" else []
     stand = Stand(rig, desk)
     (tmp_path / "token").write_text(rotate_drone(desk / TOKEN_FILE, ONE) + "\n")
     server = await rig.start()
     path = tmp_path / "drone" / "lots.db"
     drone, store = Drone.at(path), LotStore(path)
-    yield Line(drone, store, centre, tmp_path, str(server.make_url("/")))
+    yield Line(drone, store, centre, tmp_path, str(server.make_url("/")), moments)
     await stand.close()
     await server.close()
     await store.close()
@@ -332,6 +341,22 @@ async def test_a_plan_corrected_at_the_desk_is_on_the_drone_after_some_looks(lin
                 await asyncio.sleep(0.01)
         await line.is_received()
     assert line.said == []
+
+
+async def test_what_is_due_at_the_desk_is_known_here_also_without_a_link_after_a_start(line: Line) -> None:
+    lot, moment = str(line.drone.add(survey()).lot), datetime.fromtimestamp(int(time.time()) + 3600, UTC)
+    line.moments.append(moment)
+    taken: list[Sequence[LotDue]] = []
+    async with running(line.sender(take_due=taken.append)):
+        await until(lambda: bool(taken) and bool(taken[-1]))
+    assert taken[0] == ()  # of the store, before the desk was asked
+    assert [(each.lot, each.moments) for each in taken[-1]] == [(lot, (moment.timestamp(),))]
+    assert taken[-1][0].last == await line.centre.read(lambda c: c.execute(select(SURVEY.c.ended)).scalar_one())
+    again: list[Sequence[LotDue]] = []
+    line.is_flown = True  # it asks no desk
+    async with running(line.sender(kbit_s=1000, take_due=again.append)):
+        await until(lambda: bool(again))
+    assert again == [taken[-1]]
 
 
 @pytest.mark.fault("a lot changes at the desk while the motors are on", "it is asked for after the landing")

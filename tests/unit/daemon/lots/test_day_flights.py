@@ -14,7 +14,9 @@ from sqlalchemy import update
 
 from hawk.config.sections import Config
 from hawk.daemon.lots.day_flights import DayDrone, DayPlanner, drone_of
-from hawk.lots import commands
+from hawk.daemon.lots.schedule import Timetable
+from hawk.lots import commands, known_lot
+from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.ingest import save
 from hawk.lots.schema import STALL
 from hawk.lots.store import LotStore
@@ -43,9 +45,12 @@ class Day:
     def __init__(self, store: LotStore) -> None:
         self.store = store
         self.drone = drone_of(Config())
+        self.timetable: Timetable | None = None
 
     async def plan(self, of: Config, batteries: int = 3, given: Forecast | None = None) -> Any:
-        planner = DayPlanner(self.store, of, self._drone, lambda: DUE.timestamp() - 3600.0)
+        planner = DayPlanner(
+            self.store, of, self.timetable or Timetable(of.schedule), self._drone, lambda: DUE.timestamp() - 3600.0
+        )
         try:
             return await planner.plan(given or forecast(), batteries)
         finally:
@@ -122,3 +127,11 @@ async def test_a_lot_without_stalls_has_no_flight(day: Day) -> None:
     assert [(each.start, each.problem) for each in plan.rounds] == [
         (None, "Lot 1 has no stalls: survey it first, or draw them in its plan.")
     ]
+
+
+async def test_what_is_due_at_the_desk_is_in_the_rounds_of_the_day(day: Day) -> None:
+    lot = (await day.store.read(lambda connection: known_lot.newest_survey(connection, "Lot 2")) or ("",))[0]
+    day.timetable = Timetable(config("Lot 1").schedule, has_desk=True)
+    day.timetable.take([LotDue(lot=lot, last=None, moments=(DUE.timestamp(), DUE.timestamp() + 30 * 86_400.0))])
+    (one,) = (await day.plan(config())).rounds
+    assert {name for _, name in one.lots} == {"Lot 1", "Lot 2"}

@@ -262,7 +262,7 @@ async def test_a_lot_that_the_round_has_not_begun_gets_no_survey_of_the_stalls_b
         drone.keeper.note(armed=True)
         drone.survey = round_of(at(1, 10.0), at(2, 40.0))
         drone.keeper.note_plan(PathPlan(explore=ExploreStatus(lots=(LotLook("west", 0.4), LotLook("east", 0.0)))))
-        drone.keeper.note_plan(PathPlan())  # on the way home it explores no more
+        drone.keeper.note_plan(PathPlan())  # the path home explores nothing
         drone.keeper.note(armed=False)
         await until(lambda: len(drone.messages) == 2)
         assert await drone.stored() == ["000001-x@west"]

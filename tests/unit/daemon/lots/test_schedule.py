@@ -15,8 +15,10 @@ from hypothesis import strategies as st
 
 from hawk.config.loader import load_config
 from hawk.config.sections import DAYS, ConfigError, ScheduledSurvey
-from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, is_flown, moment_due, moments_due
+from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, Timetable, is_flown, moment_due, moments_due
+from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.ingest import save
+from hawk.lots.known_lot import newest_survey
 from hawk.lots.store import LotStore
 from hawk.lots.survey.source import PictureSource, SourceKind
 from tests.unit.lots.surveys import BEGAN, survey
@@ -38,8 +40,9 @@ class Page:
         self.now = NOW
         self.is_armed = False
         self.said: list[tuple[str, str, str]] = []
+        self.timetable = Timetable(entries)
         self.schedule = Schedule(
-            store, entries, lambda: self.now.timestamp(), lambda: self.is_armed,
+            store, self.timetable, lambda: self.now.timestamp(), lambda: self.is_armed,
             lambda level, text, details: self.said.append((level, text, details)),
         )  # fmt: skip
 
@@ -190,3 +193,52 @@ def test_a_wrong_entry_is_named_with_its_line(tmp_path: Path, line: int, wrong: 
     with pytest.raises(ConfigError) as caught:
         load_config(tmp_path / "config.toml", {})
     assert f"line {line}: {words}" in str(caught.value)
+
+
+def at_desk(lot: str, *moments: datetime, last: datetime | None = None) -> LotDue:
+    seconds = tuple(each.timestamp() for each in moments)
+    return LotDue(lot=lot, last=None if last is None else last.timestamp(), moments=seconds)
+
+
+LOT = "3f2504e0-4f89-41d3-9a0c-0305e82c3301"
+
+
+def test_what_is_due_at_the_desk_is_due_here_until_it_is_flown_or_over() -> None:
+    timetable, tomorrow = Timetable((), has_desk=True), NOW + timedelta(days=1)
+    assert not timetable.is_empty
+    assert not timetable.is_due(LOT, "North", None, NOW.timestamp())
+    timetable.take([at_desk(LOT, NOW, tomorrow)])
+
+    def due(after: timedelta, last: datetime | None = None) -> bool:
+        return timetable.is_due(LOT, "North", None if last is None else last.timestamp(), (NOW + after).timestamp())
+
+    assert [due(timedelta(seconds=second)) for second in (-1, 0)] == [False, True]
+    assert [due(LATE - timedelta(seconds=1)), due(LATE)] == [True, False]
+    assert not due(timedelta(hours=1), last=NOW - EARLY)
+    assert not timetable.is_due("other", "North", None, NOW.timestamp())
+    week = timetable.moments(LOT, "North", None, NOW.timestamp(), 7)
+    assert [each.astimezone(UTC) for each in week] == [NOW, tomorrow]
+    assert timetable.lots() == [LOT]
+    timetable.take([])
+    assert not due(timedelta(0))
+
+
+def test_what_another_drone_has_flown_is_due_no_more_by_the_settings_of_this_one() -> None:
+    timetable = Timetable([entry(at=f"{NOW:%H:%M}", lot="North")], has_desk=True)
+    begun = NOW.replace(second=0, microsecond=0).timestamp()
+    assert timetable.is_due(LOT, "North", None, begun)
+    timetable.take([at_desk(LOT, last=NOW - timedelta(minutes=5))])
+    assert not timetable.is_due(LOT, "North", None, begun)
+    assert timetable.is_due(LOT, "North", begun - 86_400.0, begun + 86_400.0)
+
+
+async def test_a_survey_that_is_due_at_the_desk_is_said_once(store: LotStore) -> None:
+    lot = (await store.read(lambda connection: newest_survey(connection, "Lot 1")) or ("",))[0]
+    page, tomorrow = Page(store), NOW + timedelta(days=1)
+    page.timetable.take([at_desk(lot, NOW, tomorrow), at_desk(LOT, tomorrow)])
+    assert await page.at(NOW) == []  # flown
+    for later in (timedelta(0), timedelta(minutes=5)):
+        said = await page.at(tomorrow + later)
+    assert said == [f"A survey of Lot 1 is due since {tomorrow.astimezone():%H:%M}."]
+    page.timetable.take([at_desk(lot, tomorrow + timedelta(days=1), last=tomorrow + timedelta(days=1))])
+    assert len(await page.at(tomorrow + timedelta(days=1))) == 1  # another drone has flown it

@@ -3,6 +3,7 @@ from __future__ import annotations
 import gzip
 from collections.abc import Iterator
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -13,7 +14,7 @@ from hawk.lots.documents import lot_document, parts, source
 from hawk.lots.schema import DELIVERY, OUTBOX, SURVEY
 from hawk.lots.storage import states
 from hawk.lots.storage.backup import backup, restore
-from hawk.lots.values import LotStoreError, NotFoundError, new_id
+from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, new_id
 from tests.unit.lots.documents.drones import NOW, WHO, Drone, days, tile, vehicle
 from tests.unit.lots.surveys import later, survey
 
@@ -150,6 +151,29 @@ def test_each_state_of_a_lot_makes_a_document_that_can_be_read(drone: Drone) -> 
                 assert lot_document.unpacked(parts.packed(document)) == document
                 assert lot in {each.id for each in document.lots}
                 assert source.document_of_lot(connection, new_id()) is None
+
+
+def test_what_is_due_is_said_of_the_lots_of_a_schedule_and_of_a_drone_alone(drone: Drone) -> None:
+    first = drone.add(survey())
+    moment = datetime.fromtimestamp(NOW, UTC)
+
+    def due(name: str, writer: str | None) -> list[tuple[str, float | None, tuple[float, ...]]]:
+        with drone.store.reading() as connection:
+            found = source.lots_due(connection, lambda _, given, *__: [moment] if given == name else [], writer)
+        return [(each.lot, each.last, each.moments) for each in found]
+
+    assert due("Lot 1", None) == [(first.lot, survey().ended, (NOW,))]
+    assert due("Lot 2", None) == []
+    assert due("Lot 1", "Drone 2") == []
+
+
+def test_a_document_names_what_is_due_once(drone: Drone) -> None:
+    lot = lot_document.LotDue(lot=str(drone.add(survey()).lot), last=None, moments=(NOW,))
+    with drone.store.reading() as connection:
+        lots = source.changed_lots(connection, 0, 10, None)
+    assert lot_document.unpacked(parts.packed(lots.model_copy(update={"due": (lot,)}))).due == (lot,)
+    with pytest.raises(LotInputError, match="due: names one of them twice"):
+        lot_document.unpacked(parts.packed(lots.model_copy(update={"due": (lot, lot)})))
 
 
 def test_what_is_not_there_or_damaged_is_refused_with_its_name(drone: Drone) -> None:
