@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import Final
 
 from sqlalchemy import Connection, select
 
+from hawk.lots.rows import is_among
 from hawk.lots.schema import LOT
 from hawk.lots.values import NotFoundError, utc
 
@@ -36,6 +38,13 @@ def _names(names: Sequence[str], given: str) -> str:
         return ", ".join(map(repr, sorted(names))) or "none"
     near = get_close_matches(given, names, SHOWN, _LIKE)
     return f"{len(names)}, most like it {', '.join(map(repr, near))}" if near else f"{len(names)}, none like it"
+
+
+def names_of(connection: Connection, lots: Sequence[str]) -> dict[str, str]:
+    """Return the names of lots by their ids; one that is not there is left out."""
+    among = {"among": json.dumps(list(lots))}
+    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(is_among(LOT.c.id)), among)
+    return {str(row.id): str(row.name) for row in rows}
 
 
 def lots_by_name(connection: Connection) -> list[str]:
