@@ -43,8 +43,8 @@ _ASKED: Final[Mapping[str, str]] = {
     "lot": "lot", "survey": "survey", "stall": "stall", "before": "survey", "after": "survey",
 }  # fmt: skip
 """Parameter that holds an id -> kind of the thing."""
-_BESIDE: Final = re.compile(r"/|/api/session|/logout|/[\w-]+\.(js|css|ftl|woff2|svg)")
-"""Addresses beside the API: of the page and its files, which hold nothing."""
+_BESIDE: Final = re.compile(r"/|/api/session|/logout|/docs(/.*)?|/[\w-]+\.(js|css|ftl|woff2|svg)")
+"""Addresses beside the API: of the page, its files and its documentation, which hold nothing of a lot or a drone."""
 
 
 def check_reach(request: web.Request) -> None:
