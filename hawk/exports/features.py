@@ -6,7 +6,7 @@ Stalls are those of the present plans, each with its last look. Places are WGS-8
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -20,6 +20,7 @@ from hawk.lots import section_lists
 from hawk.lots.answers import Feature, Geometry, ListedSection
 from hawk.lots.outlines import Rings, outline_of_rings, rings_of
 from hawk.lots.plan.queries import in_plan
+from hawk.lots.reach import is_within
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import datum_of
 from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
@@ -59,7 +60,8 @@ class Box:
 class Choice:
     """Features that are asked for: ``limit`` of them behind the first ``offset``, within a ``box`` and a period.
 
-    ``begin``, ``end``: UTC, Unix seconds, both within; None: without that end. ``ids``: those alone.
+    ``begin``, ``end``: UTC, Unix seconds, both within; None: without that end. ``ids``: those alone. ``lots``: ids of
+    lots; what is of these alone.
     """
 
     limit: int = 100
@@ -68,6 +70,7 @@ class Choice:
     begin: float | None = None
     end: float | None = None
     ids: Sequence[str] | None = None
+    lots: Collection[str] | None = None
 
     def during(self, first: ColumnElement[float], last: ColumnElement[float]) -> list[ColumnElement[bool]]:
         """Return the conditions that a time from ``first`` to ``last`` meets the period."""
@@ -92,13 +95,18 @@ class Extent:
     end: float | None
 
 
-def extent(connection: Connection) -> Extent:
-    """Return the ground of all lots and of the surveys without one, and the time from the first survey to the last."""
-    is_alone = SURVEY.c.lot.is_(None) & _IS_THERE
-    texts = [*connection.execute(select(LOT.c.outline).where(LOT.c.merged_into.is_(None))).scalars()]
+def extent(connection: Connection, lots: Collection[str] | None = None) -> Extent:
+    """Return the ground of lots and of the surveys without one, and the time from the first survey to the last.
+
+    ``lots``: what is of these alone, by their ids; None: all.
+    """
+    is_ours = is_within(SURVEY.c.lot, lots)
+    is_alone = SURVEY.c.lot.is_(None) & _IS_THERE & is_ours
+    there = select(LOT.c.outline).where(LOT.c.merged_into.is_(None), is_within(LOT.c.id, lots))
+    texts = [*connection.execute(there).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
     boxes = np.array([box for text in texts if (box := _box_of(rings_of(text))) is not None]).reshape(-1, 4)
-    span = select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE, has_been())
+    span = select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE, has_been(), is_ours)
     begin, end = connection.execute(span).one()
     if not len(boxes):
         return Extent(None, begin, end)
@@ -123,6 +131,7 @@ def lots(connection: Connection, choice: Choice) -> Found:
     rows = select(LOT.c.id, LOT.c.name, LOT.c.outline, present.label("stalls"), *(SURVEY.c[name] for name in last))
     rows = rows.select_from(LOT.outerjoin(SURVEY, SURVEY.c.seq == last_of(LOT.c.id))).where(LOT.c.merged_into.is_(None))
     rows = rows.where(*choice.during(SURVEY.c.ended, SURVEY.c.ended), *_among(LOT.c.id, choice))
+    rows = rows.where(is_within(LOT.c.id, choice.lots))
     return _outlined(connection, rows.order_by(LOT.c.made, LOT.c.id), choice, _lot)
 
 
@@ -141,6 +150,7 @@ def surveys(connection: Connection, choice: Choice) -> Found:
     rows = select(*columns, is_sure().label("time_is_sure"), LOT.c.name)
     rows = rows.select_from(SURVEY.outerjoin(LOT, LOT.c.id == SURVEY.c.lot))
     rows = rows.where(_IS_THERE, *choice.during(SURVEY.c.began, SURVEY.c.ended), *_among(SURVEY.c.id, choice))
+    rows = rows.where(is_within(SURVEY.c.lot, choice.lots))
     return _outlined(connection, rows.order_by(SURVEY.c.seq), choice, _survey)
 
 
@@ -218,7 +228,8 @@ _STALL: Final = ("key", "id", "lot", "label", "kind", "north", "east", "angle", 
 
 def stalls(connection: Connection, choice: Choice) -> Found:
     """Return the stalls of all plans, lot by lot, with the last look at each, whose time is the stall's."""
-    of_lots = select(LOT.c.id, LOT.c.outline).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made, LOT.c.id)
+    of_lots = select(LOT.c.id, LOT.c.outline).where(LOT.c.merged_into.is_(None), is_within(LOT.c.id, choice.lots))
+    of_lots = of_lots.order_by(LOT.c.made, LOT.c.id)
     matched = 0
     features: list[Feature] = []
     for lot in connection.execute(of_lots).all():
@@ -294,7 +305,8 @@ def _stall(row: Row[Any], ring: Floats) -> Feature:
 
 def sections(connection: Connection, choice: Choice) -> Found:
     """Return the sections of all plans, lot by lot, with the newest look at each, whose time is the section's."""
-    of_lots = select(LOT.c.id).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.made, LOT.c.id)
+    of_lots = select(LOT.c.id).where(LOT.c.merged_into.is_(None), is_within(LOT.c.id, choice.lots))
+    of_lots = of_lots.order_by(LOT.c.made, LOT.c.id)
     found = []
     for lot in connection.execute(of_lots).scalars():
         for section in section_lists.sections_with_looks(connection, lot):

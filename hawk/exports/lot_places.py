@@ -35,9 +35,11 @@ _NAMES: Final = (
 )  # fmt: skip
 
 
-def lot_places(connection: Connection, due: NextDue = never_due) -> dict[str, list[Any]]:
+def lot_places(
+    connection: Connection, due: NextDue = never_due, of: Sequence[ColumnElement[bool]] = ()
+) -> dict[str, list[Any]]:
     """Return the lots that were not merged into another one, the oldest first, as
-    `hawk.web.v1.features.answers.LotPlaces` says; a damaged lot or survey is passed over.
+    `hawk.web.v1.features.answers.LotPlaces` says; a damaged lot or survey is passed over. ``of``: conditions of lots.
     """
     stalls = select(func.count()).select_from(STALL).where(STALL.c.lot == LOT.c.id, STALL.c.ends.is_(None))
     of_lot = SURVEY.alias()
@@ -51,7 +53,7 @@ def lot_places(connection: Connection, due: NextDue = never_due) -> dict[str, li
     joined = joined.outerjoin(plan, (plan.c.part == "lot") & (plan.c.key == LOT.c.id))
     joined = joined.outerjoin(seen, (seen.c.part == "survey") & (seen.c.key == cast(SURVEY.c.seq, String)))
     columns: list[Any] = [*_OF_LOT, *_OF_SURVEY, *numbers, *newest, *digests]
-    asked = select(*columns).select_from(joined).where(LOT.c.merged_into.is_(None))
+    asked = select(*columns).select_from(joined).where(LOT.c.merged_into.is_(None), *of)
     rows = connection.execute(asked.order_by(LOT.c.made, LOT.c.id)).all()
     counted = _counts(connection, rows)
     zones = time_zones_of(connection, [row._mapping for row in rows])

@@ -67,7 +67,8 @@ P = TypeVar("P", bound=Part)
 class Asked:
     """The part of a list that is asked for: ``limit`` items at most, behind the place ``after``; None: from the first.
 
-    ``newest_first`` turns the order of surveys and observations round. ``of``: conditions that surveys must meet.
+    ``newest_first`` turns the order of surveys and observations round. ``of``: conditions that lots, surveys and
+    changes must meet.
     """
 
     limit: int = 100
@@ -80,12 +81,12 @@ def lots(connection: Connection, asked: Asked, due: NextDue = never_due) -> LotL
     """Return lots that were not merged into another one, the oldest first. Raises LotInputError for the place."""
     is_behind: ColumnElement[bool] = true()
     if asked.after is not None:
-        last = select(LOT.c.made, LOT.c.id).where(LOT.c.id == asked.after)
+        last = select(LOT.c.made, LOT.c.id).where(LOT.c.id == asked.after, *asked.of)
         row = connection.execute(last).one_or_none()
         if row is None:
             raise _no_place()
         is_behind = tuple_(LOT.c.made, LOT.c.id) > tuple_(row.made, row.id)
-    rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind).order_by(LOT.c.made, LOT.c.id)
+    rows = select(LOT).where(LOT.c.merged_into.is_(None), is_behind, *asked.of).order_by(LOT.c.made, LOT.c.id)
     found = _rows(connection, rows, asked)
     items = listed_lots(connection, [row._mapping for row in found[: asked.limit]], due)
     return _cut(LotList, items, found, asked, lambda row: str(row.id))
@@ -168,7 +169,7 @@ _LABEL_THEN: Final = func.coalesce(
 def changes(connection: Connection, asked: Asked, lot_id: str | None = None) -> ChangeList:
     """Return the changes that persons made, the newest first; None: those of every lot. Raises LotInputError."""
     is_of = true() if lot_id is None else CHANGE.c.lot == lot_id
-    is_asked = (CHANGE.c.edit.is_(None), is_of, *behind(CHANGE.c.seq, replace(asked, newest_first=True)))
+    is_asked = (CHANGE.c.edit.is_(None), is_of, *asked.of, *behind(CHANGE.c.seq, replace(asked, newest_first=True)))
     in_order = select(*CHANGE_SHOWN).where(*is_asked).order_by(CHANGE.c.seq.desc())
     return part_of(
         ChangeList, connection, in_order, asked, lambda row: change_of(connection, row), lambda row: str(row.seq)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from difflib import get_close_matches
 from typing import Final
 
-from sqlalchemy import Connection, select
+from sqlalchemy import ColumnElement, Connection, select
 
+from hawk.lots.rows import is_among
 from hawk.lots.schema import LOT
 from hawk.lots.values import NotFoundError, utc
 
@@ -38,9 +40,16 @@ def _names(names: Sequence[str], given: str) -> str:
     return f"{len(names)}, most like it {', '.join(map(repr, near))}" if near else f"{len(names)}, none like it"
 
 
-def lots_by_name(connection: Connection) -> list[str]:
-    """Return the ids of all lots that were not merged into another one, by their names."""
-    rows = connection.execute(select(LOT.c.id).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.name, LOT.c.id))
+def names_of(connection: Connection, lots: Sequence[str]) -> dict[str, str]:
+    """Return the names of lots by their ids; one that is not there is left out."""
+    among = {"among": json.dumps(list(lots))}
+    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(is_among(LOT.c.id)), among)
+    return {str(row.id): str(row.name) for row in rows}
+
+
+def lots_by_name(connection: Connection, *of: ColumnElement[bool]) -> list[str]:
+    """Return the ids of the lots that were not merged into another one, by their names; ``of``: conditions."""
+    rows = connection.execute(select(LOT.c.id).where(LOT.c.merged_into.is_(None), *of).order_by(LOT.c.name, LOT.c.id))
     return [str(each) for each in rows.scalars()]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict
 from datetime import datetime
 from typing import Any, Final
@@ -85,13 +85,14 @@ def plan(connection: Connection, lot_id: str, since: int | None = None, layout: 
     )
 
 
-def proposed(connection: Connection, lot_id: str) -> Proposals:
-    """Return what surveys and drones propose to change of a lot's layout. Raises NotFoundError."""
+def proposed(connection: Connection, lot_id: str, within: Collection[str] | None = None) -> Proposals:
+    """Return what surveys and drones propose to change of a lot's layout, and the lots on its ground: those of some
+    ids; None: of all. Raises NotFoundError.
+    """
     lot_row(connection, lot_id)
     found = proposals.proposed(connection, lot_id)
-    return found.model_copy(
-        update={"drones": plan_edits.proposed(connection, lot_id), "same": pairs_of(connection, lot_id)}
-    )
+    same = [each for each in pairs_of(connection, lot_id) if within is None or each.lot in within]
+    return found.model_copy(update={"drones": plan_edits.proposed(connection, lot_id), "same": same})
 
 
 def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:

@@ -15,7 +15,7 @@ from urllib.parse import quote
 from aiohttp import WSCloseCode, web
 
 from hawk.web import api, area_file, background, downloads
-from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, keep_access
+from hawk.web.access.access import BOOK, KEEPER, OPEN, AccessBook, AccessKeeper, OpenConnections, access_of, keep_access
 from hawk.web.access.admission import Admission
 from hawk.web.access.guesses import GUESSES, LINK_GUESSES, TokenGuesses
 from hawk.web.access.login_page import PUBLIC, LoginPage
@@ -71,6 +71,8 @@ SHUTDOWN_S: Final = 1.0
 REQUEST_LIMIT_BYTES: Final = 64 * 1024
 PAGE_DIRECTORY: Final = Path(__file__).parent / "static"
 INDEX: Final = "index.html"
+LOTS: Final = "lots.html"
+"""The page of a role that is for some lots: it asks for nothing of a drone."""
 SHARED: Final = "shared.html"
 """The page for who has a link's token, which stands behind the address's "#"."""
 
@@ -248,7 +250,9 @@ class Page:
 
     async def handle(self, request: web.Request) -> web.StreamResponse:
         """Serve a file of the page."""
-        return self._answer(request, request.match_info.get("path", "") or INDEX)
+        access = access_of(request)
+        first = INDEX if access is None or access.lots is None or not self.is_built else LOTS
+        return self._answer(request, request.match_info.get("path", "") or first)
 
     async def shared(self, request: web.Request) -> web.StreamResponse:
         """Serve the page of a lot that is shared."""

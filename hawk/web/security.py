@@ -26,6 +26,7 @@ from hawk.web.access.proxied import forwarding_header, is_secure, place
 from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens
 from hawk.web.api import is_for_everybody_here
+from hawk.web.v1.bounds import check_reach
 from hawk.web.v1.documents import FOR_DRONES_ALONE, is_for_drones
 from hawk.web.v1.links import is_for_links
 
@@ -113,6 +114,7 @@ class RequestCheck:
         try:
             answer = self._admission.admit(request)
             _check_drone(request)
+            check_reach(request)
             return answer
         except (web.HTTPUnauthorized, web.HTTPTooManyRequests) as refusal:
             is_page = request.method == hdrs.METH_GET and (request.path == "/" or request.path.startswith(DOCS))

@@ -30,6 +30,10 @@ class Access:
     """The login of the cookie; None for a token in the header or the address, and where none is asked for."""
     drone: str = ""
     """Name of the drone whose token it is: it has no role, and only the addresses for drones are open to it."""
+    person: str = ""
+    """Name of the person whose token it is."""
+    lots: frozenset[str] | None = None
+    """Ids of the lots that the role is for; None: for all, and for the drone."""
 
 
 ACCESS: Final = web.RequestKey("access", Access)
@@ -51,9 +55,16 @@ class AccessBook:
             return self.logins.is_live(access.login, self.tokens)
         if access.drone:
             return access.proof == self.tokens.drone_proof(access.drone)
+        if access.person:
+            return access == self.of_person(access.person)
         if access.proof is None:
             return not self.tokens
         return access.proof == self.tokens.proof(access.role)
+
+    def of_person(self, name: str, login: Login | None = None) -> Access | None:
+        """Return the present access of a person; None when nobody has the name any more."""
+        found = self.tokens.people.get(name)
+        return None if found is None else Access(found.role, found.token.proof, login, person=name, lots=found.lots)
 
 
 class OpenConnections:
@@ -208,7 +219,8 @@ class AccessKeeper:
         tokens = self._joined(kept)
         if tokens != self._book.tokens:
             self._book.tokens = tokens
-            LOG.info("the tokens have changed: %s", ", ".join([*(role.value for role in kept.by_role), *kept.drones]))
+            names = [*(role.value for role in kept.by_role), *kept.people, *kept.drones]
+            LOG.info("the tokens have changed: %s", ", ".join(names))
 
     async def _elsewhere(self, work: Callable[[], _T]) -> _T:
         return await asyncio.get_running_loop().run_in_executor(self._executor, work)

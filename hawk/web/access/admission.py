@@ -114,11 +114,11 @@ class Admission:
         is_link = _is_page(request) and bool(request.query.get(TOKEN_PARAMETER))
         if request.query.get(TOKEN_PARAMETER) and not (is_link and _is_foreign(request)):
             given.append(request.query[TOKEN_PARAMETER])
-        role = self.prove(request, given) if given else None
-        if role is None:
+        proved = self.prove(request, given) if given else None
+        if proved is None:
             raise web.HTTPUnauthorized(text=LOG_IN_FIRST, headers={hdrs.WWW_AUTHENTICATE: BEARER})
-        request[ACCESS] = Access(role, self._book.tokens.proof(role))
-        return self.log_in(request, role) if is_link else None
+        request[ACCESS] = proved
+        return self.log_in(request, proved) if is_link else None
 
     def _drone(self, request: web.Request, given: str) -> Access | None:
         """Return the access of a drone by its token; None for another one. Raises as `prove`."""
@@ -133,24 +133,33 @@ class Admission:
         """Return the access of the request's cookie, None when its login has ended or there is none."""
         value = request.cookies.get(cookie_name(request, LOGIN_COOKIE))
         login = self._book.logins.find(value, self._book.tokens)
-        return None if login is None else Access(login.role, login.proof, login)
+        if login is None:
+            return None
+        return self._book.of_person(login.person, login) if login.person else Access(login.role, login.proof, login)
 
-    def prove(self, request: web.Request, given: list[str], only: Role | None = None) -> Role | None:
-        """Return the role that one of the tokens proves, None when all are wrong.
+    def prove(self, request: web.Request, given: list[str], only: Role | None = None) -> Access | None:
+        """Return the access that one of the tokens proves, None when all are wrong. ``only``: the role that it must be.
 
         A guess is counted and logged: a token that was valid, or is that of another role, is none. Raises 429 while the
         request's address has to wait.
         """
         self._check_wait(request)
         address = network_of(request.remote)
-        found = [self._book.tokens.role_of(each, only) for each in given]
-        role = next((each for each in found if each is not None), None)
-        if role is not None:
+        found = [self._access_by(each, only) for each in given]
+        proved = next((each for each in found if each is not None), None)
+        if proved is not None:
             self._guesses.right(address)
-            return role
+            return proved
         for guess in (each for each in given if not self._book.tokens.is_or_was_one(each)):
             self._log.warning("wrong token from %s, its %d.", address, self._guesses.wrong(address, guess))
         return None
+
+    def _access_by(self, given: str, only: Role | None) -> Access | None:
+        tokens = self._book.tokens
+        role, person = tokens.role_of(given, only), tokens.person_of(given, only)
+        if role is not None:
+            return Access(role, tokens.proof(role))
+        return None if person is None else self._book.of_person(person)
 
     def _check_wait(self, request: web.Request) -> None:
         """Refuse a token from an address that has to wait. Raises 429."""
@@ -161,15 +170,14 @@ class Admission:
                 headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
             )
 
-    def log_in(self, request: web.Request, role: Role) -> web.StreamResponse:
+    def log_in(self, request: web.Request, proved: Access) -> web.StreamResponse:
         """Begin a login in place of the one that the browser has; send it to the page, without a token in the address.
 
         Addresses end up in histories.
         """
-        proof = self._book.tokens.proof(role)
-        assert proof is not None  # noqa: S101 - it was proved a moment ago
+        assert proved.proof is not None  # noqa: S101 - it was proved a moment ago
         self.log_out(request)
-        value = self._book.logins.begin(role, proof)
+        value = self._book.logins.begin(proved.role, proved.proof, proved.person)
         response = _to_page(request)
         set_strict_cookie(request, response, LOGIN_COOKIE, value, max_age=int(self._limit_s))
         return response
@@ -189,14 +197,21 @@ class Admission:
         return response
 
     def _address_of_one_who_is_known(self, request: web.Request, known: Access) -> web.StreamResponse | None:
-        """Clean the address. A link never takes a role away: only a token of a higher role replaces the login."""
+        """Clean the address. A link never takes a role away: only a token that opens more replaces the login."""
         if TOKEN_PARAMETER not in request.query or not _is_page(request):
             return None
-        if known.role is not Role.OPERATOR and request.query[TOKEN_PARAMETER] and not _is_foreign(request):
-            role = self.prove(request, [request.query[TOKEN_PARAMETER]])
-            if role is not None and _RANK[role] > _RANK[known.role]:
-                return self.log_in(request, role)
+        is_all = known.role is Role.OPERATOR and known.lots is None
+        if not is_all and request.query[TOKEN_PARAMETER] and not _is_foreign(request):
+            proved = self.prove(request, [request.query[TOKEN_PARAMETER]])
+            if proved is not None and _opens_more(proved, known):
+                return self.log_in(request, proved)
         return _to_page(request)
+
+
+def _opens_more(proved: Access, known: Access) -> bool:
+    """Return whether an access has all that another one has, and a higher role or all lots beside it."""
+    new, old = ((_RANK[each.role], each.lots is None) for each in (proved, known))
+    return new != old and all(one >= other for one, other in zip(new, old, strict=True))
 
 
 def _to_page(request: web.Request) -> web.Response:

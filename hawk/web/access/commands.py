@@ -1,9 +1,12 @@
-"""The commands ``hawk-drone tokens rotate`` and ``hawk-drone make-certificate``."""
+"""The commands ``hawk-drone tokens`` and ``hawk-drone make-certificate``."""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Final
 from urllib.parse import quote
 
@@ -19,24 +22,45 @@ from hawk.web.access.tls import (
     make_certificate,
     usual_names,
 )
-from hawk.web.access.tokens import TOKEN_FILE, TokensError, read_tokens, remove_drone, rotate, rotate_drone
+from hawk.web.access.tokens import (
+    TOKEN_FILE,
+    TokensError,
+    read_tokens,
+    remove_drone,
+    remove_person,
+    rotate,
+    rotate_drone,
+    rotate_person,
+)
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
 DRONE: Final = "drone"
+PERSON: Final = "person"
+_NAMES: Final = {DRONE: "Drone 2", PERSON: "Ada"}
+_LIST: Final = "list"
+_WORKS: Final = ("rotate", "remove", _LIST)
 
 
 def add_access_commands(commands: Any) -> None:
     """Add both commands to the subparsers of the command line."""
     tokens = commands.add_parser(
-        "tokens", help="make a new token for a role or a drone: the old one and its logins end"
+        "tokens", help="make a new token for a role, a person or a drone: the old one and its logins end"
     )
     tokens.add_argument(
-        "work", choices=("rotate", "remove"), help="make a new token and print it once, or remove that of a drone"
+        "work", choices=_WORKS, help="make a new token and print it once, remove that of a person or drone, or list all"
     )
-    tokens.add_argument("role", choices=[*(role.value for role in Role), DRONE], help="who proves itself by it")
     tokens.add_argument(
-        "--name", type=_drone_name, metavar="NAME", help="name of the drone that sends its surveys to this store"
+        "role", nargs="?", choices=[*(role.value for role in Role), PERSON, DRONE], help="who proves itself by it"
     )
+    tokens.add_argument(
+        "--name", type=_person_name, metavar="NAME",
+        help="name of the person, or of the drone that sends its surveys to this store",
+    )  # fmt: skip
+    tokens.add_argument("--role", dest="of_role", choices=[role.value for role in Role], help="role of the person")
+    tokens.add_argument(
+        "--lot", action="append", type=values.some, metavar="LOT",
+        help="name or id of a lot that the role is for, as often as needed",
+    )  # fmt: skip
     tokens.set_defaults(action_of=_tokens)
     certificate = commands.add_parser("make-certificate", help="make a self-signed certificate for the page (HTTPS)")
     certificate.add_argument(
@@ -70,7 +94,7 @@ def _run(options: argparse.Namespace) -> int:
         raise ConfigError(f"{field}: {words}; name a folder that this user may write") from error
 
 
-def _drone_name(text: str) -> str:
+def _person_name(text: str) -> str:
     try:
         return cleaned(text)
     except ValueError as error:
@@ -78,11 +102,104 @@ def _drone_name(text: str) -> str:
 
 
 def _tokens(options: argparse.Namespace, config: Config) -> int:
-    if options.role == DRONE and options.name is None:
-        raise ConfigError('--name: is missing: a drone has a name, as "Drone 2"')
-    if options.role != DRONE and (options.name is not None or options.work == "remove"):
+    if options.work == _LIST:
+        return _list(options, config)
+    if options.role is None:
+        raise ConfigError(f"tokens: say whose token: {', '.join([*(role.value for role in Role), PERSON, DRONE])}")
+    if options.role in (PERSON, DRONE) and options.name is None:
+        raise ConfigError(f"--name: is missing: a {options.role} has a name, as {_NAMES[options.role]!r}")
+    if options.role not in (PERSON, DRONE) and (options.name is not None or options.work == "remove"):
         raise ConfigError("tokens: roles have no name, and keep a token: rotate it")
-    return _rotate_drone(options, config) if options.role == DRONE else _rotate(options, config)
+    for option, value in (("--role", options.of_role), ("--lot", options.lot)):
+        is_asked = options.role == PERSON and options.work == "rotate"
+        if value is None and is_asked:
+            raise ConfigError(f"{option}: is missing: say the person's role, and each lot that it is for")
+        if value is not None and not is_asked:
+            raise ConfigError(f"{option}: only with tokens rotate person")
+    work = {PERSON: _rotate_person, DRONE: _rotate_drone}.get(options.role, _rotate)
+    return work(options, config)
+
+
+def _check_operator(config: Config) -> Path:
+    """Return the token file, in which the operator comes first. Raises ConfigError, TokensError."""
+    path = config.store.directory / TOKEN_FILE
+    if config.web.token is None and Role.OPERATOR not in read_tokens(path).by_role:
+        remedy = f"make it first: hawk-drone tokens rotate operator --store {config.store.directory}"
+        raise ConfigError(f"tokens: {path} has no operator's token; {remedy}")
+    return path
+
+
+def _rotate_person(options: argparse.Namespace, config: Config) -> int:
+    """Print the token of a person on standard output, and what it is good for on standard error."""
+    path = config.store.directory / TOKEN_FILE
+    if options.work == "remove":
+        remove_person(path, options.name)
+        _say(f"The token of {options.name} opens nothing any more, and its logins end within seconds.")
+        return 0
+    path, lots = _check_operator(config), _lots_named(config, options.lot)
+    token = rotate_person(path, options.name, Role(options.of_role), lots)
+    print(token)
+    _say(f"This is the token of {options.name}. It is shown once; {path} holds its hash only.")
+    _say(f"It is that of the role {options.of_role} for {', '.join(sorted(lots.values()))}: for nothing else.")
+    _say(f"Log in on {address(config)}, or open {address(config)}?token={quote(token, safe='')}")
+    return 0
+
+
+def _lots_named(config: Config, given: Sequence[str]) -> dict[str, str]:
+    """Return ids and names of lots that a person wrote by name or id. Raises ConfigError."""
+    from hawk.lots.names import lot_named, names_of
+    from hawk.lots.values import LotStoreError
+
+    try:
+        with _reading(config) as connection:
+            return names_of(connection, [lot_named(connection, each) for each in given])
+    except LotStoreError as error:
+        raise ConfigError(str(error).replace("LOT: ", "--lot: ")) from error
+
+
+@contextlib.contextmanager
+def _reading(config: Config) -> Iterator[Any]:
+    """Give a connection to the store of lots. Raises LotStoreError."""
+    from hawk.lots import store
+    from hawk.lots.storage import database
+
+    file = store.lots_file(config.store.directory, config.store.lots)
+    store.check_there(file)
+    with contextlib.closing(database.Database(file)) as opened, opened.reading() as connection:
+        store.show_damage(opened.damage)
+        yield connection
+
+
+def _list(options: argparse.Namespace, config: Config) -> int:
+    """Print who has a token: a line each."""
+    for name in ("role", "name", "of_role", "lot"):
+        if getattr(options, name) is not None:
+            raise ConfigError("tokens list: takes no more than --store or --config: it lists all tokens")
+    tokens = read_tokens(config.store.directory / TOKEN_FILE)
+    names = _names_shown(config, sorted({lot for person in tokens.people.values() for lot in person.lots}))
+    lines = [f"{role.value}, made {token.made}" for role, token in tokens.by_role.items()]
+    for name, person in sorted(tokens.people.items()):
+        lots = ", ".join(sorted(names.get(lot, f"{lot} (not there)") for lot in person.lots)) or "no lot"
+        lines.append(f"{PERSON} {name}, {person.role.value} for {lots}, made {person.token.made}")
+    lines += [f"{DRONE} {name}, made {token.made}" for name, token in sorted(tokens.drones.items())]
+    if config.web.token is not None and Role.OPERATOR not in tokens.by_role:
+        lines.insert(0, f"{Role.OPERATOR.value}, by web.token")
+    print("\n".join(lines) or "no token")
+    return 0
+
+
+def _names_shown(config: Config, lots: Sequence[str]) -> Mapping[str, str]:
+    """Return the names of lots by their ids; of a store that cannot be read the ids stand for them."""
+    from hawk.lots.names import names_of
+    from hawk.lots.values import LotStoreError
+
+    try:
+        with _reading(config) as connection:
+            return names_of(connection, lots)
+    except LotStoreError as error:
+        if lots:
+            _say(str(error))
+        return {lot: lot for lot in lots}
 
 
 def _rotate_drone(options: argparse.Namespace, config: Config) -> int:
@@ -92,9 +209,7 @@ def _rotate_drone(options: argparse.Namespace, config: Config) -> int:
         remove_drone(path, options.name)
         _say(f"The token of {options.name} opens nothing any more; its surveys stay.")
         return 0
-    if config.web.token is None and Role.OPERATOR not in read_tokens(path).by_role:
-        remedy = f"make it first: hawk-drone tokens rotate operator --store {config.store.directory}"
-        raise ConfigError(f"tokens: {path} has no operator's token; {remedy}")
+    path = _check_operator(config)
     print(rotate_drone(path, options.name))
     _say(f"This is the token of {options.name}. It is shown once; {path} holds its hash only.")
     _say("It sends surveys and pictures to hawk-drone desk, and reads lots there: nothing else.")
@@ -105,9 +220,8 @@ def _rotate(options: argparse.Namespace, config: Config) -> int:
     """Print the token on standard output, and what it is good for on standard error."""
     path = config.store.directory / TOKEN_FILE
     role = Role(options.role)
-    if role is Role.VIEWER and config.web.token is None and Role.OPERATOR not in read_tokens(path).by_role:
-        remedy = f"make it first: hawk-drone tokens rotate operator --store {config.store.directory}"
-        raise ConfigError(f"tokens: {path} has no operator's token; {remedy}")
+    if role is Role.VIEWER:
+        _check_operator(config)
     token = rotate(path, role)
     print(token)
     _say(f"This is the token of the role {role.value}. It is shown once; {path} holds its hash only.")

@@ -16,7 +16,7 @@ from urllib.parse import parse_qs
 from aiohttp import hdrs, web
 
 from hawk.comm.protocol.authority import Role
-from hawk.web.access.access import KEEPER, OPEN, access_of
+from hawk.web.access.access import KEEPER, OPEN, Access, access_of
 from hawk.web.access.admission import BEARER, Admission
 from hawk.web.access.guesses import is_loopback_peer
 from hawk.web.access.proxied import forwarding_header, is_secure, place
@@ -188,11 +188,10 @@ class LoginPage:
 
 
 async def session(request: web.Request) -> web.StreamResponse:
-    """Role of the client, and whether there is a login to end."""
-    access = access_of(request)
-    role = Role.VIEWER if access is None else access.role
-    is_login = access is not None and access.login is not None
-    return web.json_response({"role": role.value, "login": is_login}, headers={hdrs.CACHE_CONTROL: "no-store"})
+    """Role of the client, the name of a person whose role is for some lots, and whether there is a login to end."""
+    access = access_of(request) or Access(Role.VIEWER)
+    found = {"role": access.role.value, "login": access.login is not None, "person": access.person}
+    return web.json_response(found, headers={hdrs.CACHE_CONTROL: "no-store"})
 
 
 async def _form(request: web.Request) -> tuple[Role | None, str]:

@@ -19,7 +19,7 @@ from hawk.config.sections import WebSettings
 from hawk.web.access.tokens import Tokens
 
 LOGIN_LIMIT: Final = 200
-"""Logins of one role; beyond it the one that was used longest ago ends."""
+"""Logins of one role, or of one person; beyond it the one that was used longest ago ends."""
 HOUR_S: Final = 3600.0
 
 
@@ -34,6 +34,8 @@ class Login:
     """Name of the token by which it began."""
     begun: float
     used: float
+    person: str = ""
+    """Name of the person whose token it is."""
     open: int = 0
     """Connections that are open by it: it is in use."""
 
@@ -59,14 +61,14 @@ class Logins:
     def __len__(self) -> int:
         return len(self._logins)
 
-    def begin(self, role: Role, proof: str) -> str:
+    def begin(self, role: Role, proof: str, person: str = "") -> str:
         """Begin a login; return the value of its cookie, always a new one."""
-        same = [each for each in self._logins.values() if each.role is role]
+        same = [each for each in self._logins.values() if (each.role, each.person) == (role, person)]
         if len(same) >= LOGIN_LIMIT:
             self.end(min(same, key=lambda each: (self.has_control(each), each.open > 0, each.used)))
         value = secrets.token_urlsafe(32)  # 256 random bits
         now = self._monotonic()
-        login = Login(_key(value), role, proof, now, now)
+        login = Login(_key(value), role, proof, now, now, person)
         self._logins[login.key] = login
         self.changes += 1
         return value
@@ -83,7 +85,8 @@ class Logins:
         """Return True until the login has ended: then it is forgotten."""
         if self._logins.get(login.key) is not login:
             return False
-        if login.proof == tokens.proof(login.role) and (not self._is_over(login) or self.has_control(login)):
+        is_proved = login.proof == tokens.proof(login.role, login.person)
+        if is_proved and (not self._is_over(login) or self.has_control(login)):
             return True
         self.end(login)
         return False
@@ -121,6 +124,7 @@ class Logins:
                 "key": each.key,
                 "role": each.role.value,
                 "proof": each.proof,
+                "person": each.person,
                 "age_s": round(now - each.begun, 1),
                 "idle_s": 0.0 if each.open else round(now - each.used, 1),
             }
@@ -144,6 +148,7 @@ class Logins:
                     str(each["proof"]),
                     now - away - max(0.0, float(each["age_s"])),
                     now - away - max(0.0, float(each["idle_s"])),
+                    str(each.get("person", "")),
                 )
                 for each in kept["logins"]
             ]

@@ -1,4 +1,4 @@
-"""The tokens of the roles and of drones, hashed at rest, and the secret by which the page's cookies are known again.
+"""The tokens of roles, people and drones, hashed at rest, and the secret by which the page's cookies are known again.
 
 A token that hawk makes has 128 random bits: nobody can try 2**128 of them at any speed of the hash, so a salted SHA-256
 is enough, and a guess costs the flight microseconds.
@@ -12,11 +12,11 @@ import json
 import logging
 import secrets
 import stat
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Final
+from typing import Any, Final, TypeVar
 
 from pydantic import SecretStr
 
@@ -32,7 +32,11 @@ FORMER: Final = 16
 """Former tokens that are known again."""
 _SECRET_BYTES: Final = 32
 _SALT_BYTES: Final = 16
-_LARGEST_BYTES: Final = 64 * 1024
+LARGEST_BYTES: Final = 1024 * 1024
+"""Of the file: 2,000 people with ten lots each."""
+
+
+T = TypeVar("T")
 
 
 class TokensError(Exception):
@@ -64,21 +68,31 @@ class HashedToken:
 
 
 @dataclass(frozen=True, slots=True)
+class Person:
+    """A person with a role for some lots, by their ids, and for nothing else."""
+
+    role: Role
+    lots: frozenset[str]
+    token: HashedToken
+
+
+@dataclass(frozen=True, slots=True)
 class Tokens:
-    """The token of each role that has one, and those of drones, by their names."""
+    """The token of each role that has one, and those of people and drones, by their names."""
 
     by_role: Mapping[Role, HashedToken] = field(default_factory=dict)
     drones: Mapping[str, HashedToken] = field(default_factory=dict)
     """They prove no role: such a drone sends documents of its surveys, and reads lots."""
+    people: Mapping[str, Person] = field(default_factory=dict)
     former: tuple[HashedToken, ...] = ()
     """Those that others took the place of, the newest first: they prove nothing, and to send one is no guess."""
 
     def __bool__(self) -> bool:
         """Return True when a token is asked for."""
-        return bool(self.by_role or self.drones)
+        return bool(self.by_role or self.drones or self.people)
 
     def role_of(self, given: str, only: Role | None = None) -> Role | None:
-        """Return the role that a token proves. Every token is compared, whatever the first comparison says.
+        """Return the role for all lots that a token proves. Every token is compared, whatever the first one says.
 
         Args:
             given: What was sent.
@@ -88,8 +102,9 @@ class Tokens:
         return next((role for role in same if only in (None, role)), None)
 
     def is_or_was_one(self, given: str) -> bool:
-        """Return True for a token of any role, valid or not any more. Every one is compared."""
-        every = (*self.by_role.values(), *self.drones.values(), *self.former)
+        """Return True for a token of anybody, valid or not any more. Every one is compared."""
+        people = (person.token for person in self.people.values())
+        every = (*self.by_role.values(), *self.drones.values(), *people, *self.former)
         return sum(token.is_same(given) for token in every) > 0
 
     def drone_of(self, given: str) -> str | None:
@@ -97,10 +112,18 @@ class Tokens:
         same = [name for name, token in self.drones.items() if token.is_same(given)]
         return same[0] if same else None
 
-    def proof(self, role: Role) -> str | None:
-        """Return the name of a role's present token."""
-        token = self.by_role.get(role)
-        return None if token is None else token.proof
+    def person_of(self, given: str, only: Role | None = None) -> str | None:
+        """Return the name of the person whose token this is. Every one is compared; ``only``: as `role_of` says."""
+        same = [name for name, person in self.people.items() if person.token.is_same(given)]
+        return next((name for name in same if only in (None, self.people[name].role)), None)
+
+    def proof(self, role: Role, person: str = "") -> str | None:
+        """Return the name of the present token of a role, or of a person with this role."""
+        if not person:
+            token = self.by_role.get(role)
+            return None if token is None else token.proof
+        found = self.people.get(person)
+        return None if found is None or found.role is not role else found.token.proof
 
     def drone_proof(self, name: str) -> str | None:
         """Return the name of a drone's present token."""
@@ -120,17 +143,18 @@ def read_tokens(path: Path) -> Tokens:
     if mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise TokensError(f"{path} can be written by others: chmod 600 {path}")
     try:
-        if len(data) > _LARGEST_BYTES:
+        if len(data) > LARGEST_BYTES:
             raise ValueError("it is too large")
         held = json.loads(data)
         found = {Role(name): _read(value) for name, value in held["tokens"].items()}
         drones = {str(name): _read(value) for name, value in held.get("drones", {}).items()}
+        people = {str(name): _read_person(value) for name, value in held.get("people", {}).items()}
         former = tuple(_read(value) for value in held.get("former", ()))[:FORMER]
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise TokensError(
             f"{path} is damaged ({error}): remove it, then make new tokens with hawk-drone tokens rotate operator"
         ) from error
-    return Tokens(found, drones, former)
+    return Tokens(found, drones, people, former)
 
 
 def rotate(path: Path, role: Role) -> str:
@@ -147,14 +171,34 @@ def rotate_drone(path: Path, name: str) -> str:
     return token
 
 
+def rotate_person(path: Path, name: str, role: Role, lots: Collection[str]) -> str:
+    """Give a person a new token for these lots alone, as `rotate` does a role. Raises TokensError, OSError."""
+    tokens, (token, hashed) = read_tokens(path), _made()
+    before, person = tokens.people.get(name), Person(role, frozenset(lots), hashed)
+    _write(path, replace(tokens, people={**tokens.people, name: person}), None if before is None else before.token)
+    return token
+
+
 def remove_drone(path: Path, name: str) -> None:
     """Let the token of a drone open nothing from now on. Raises TokensError, OSError."""
     tokens = read_tokens(path)
-    if name not in tokens.drones:
-        names = ", ".join(sorted(tokens.drones)) or "none"
-        raise TokensError(f"--name: no drone is called {name!r} in {path}; there are {names}")
-    left = {each: token for each, token in tokens.drones.items() if each != name}
-    _write(path, replace(tokens, drones=left), tokens.drones[name])
+    gone = _named(path, tokens.drones, "drone", name)
+    _write(path, replace(tokens, drones={each: tokens.drones[each] for each in tokens.drones if each != name}), gone)
+
+
+def remove_person(path: Path, name: str) -> None:
+    """Let the token of a person open nothing from now on. Raises TokensError, OSError."""
+    tokens = read_tokens(path)
+    gone = _named(path, tokens.people, "person", name).token
+    _write(path, replace(tokens, people={each: tokens.people[each] for each in tokens.people if each != name}), gone)
+
+
+def _named(path: Path, among: Mapping[str, T], kind: str, name: str) -> T:
+    """Return what a name has. Raises TokensError, which lists the names that there are."""
+    if name not in among:
+        names = ", ".join(sorted(among)) or "none"
+        raise TokensError(f"--name: no {kind} is called {name!r} in {path}; there are {names}")
+    return among[name]
 
 
 def _made() -> tuple[str, HashedToken]:
@@ -165,16 +209,20 @@ def _made() -> tuple[str, HashedToken]:
 
 
 def _write(path: Path, tokens: Tokens, replaced: HashedToken | None) -> None:
-    """Keep the hashes in the file; ``replaced``: one that proves nothing from now on."""
+    """Keep the hashes in the file; ``replaced``: one that proves nothing from now on. Raises TokensError, OSError."""
     gone = () if replaced is None else (replaced,)
     held = {
         "version": 1,
         "tokens": {role.value: _written(hashed) for role, hashed in tokens.by_role.items()},
         "drones": {name: _written(hashed) for name, hashed in tokens.drones.items()},
+        "people": {name: _written_person(person) for name, person in tokens.people.items()},
         "former": [_written(each) for each in (*gone, *tokens.former)][:FORMER],
     }
+    data = json.dumps(held, indent=2).encode()
+    if len(data) > LARGEST_BYTES:
+        raise TokensError(f"{path} has no room for more: remove people or drones whom nobody needs any more")
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_private(path, json.dumps(held, indent=2).encode())
+    write_private(path, data)
     leave_to_owner(path)
 
 
@@ -208,6 +256,17 @@ def _read(value: Mapping[str, str]) -> HashedToken:
     if len(digest) != hashlib.sha256().digest_size:
         raise ValueError("a hash is cut off")
     return HashedToken(bytes.fromhex(value["salt"]), digest, str(value.get("made", "")))
+
+
+def _written_person(person: Person) -> dict[str, object]:
+    return {"role": person.role.value, "lots": sorted(person.lots), **_written(person.token)}
+
+
+def _read_person(value: Mapping[str, Any]) -> Person:
+    lots = value["lots"]
+    if not isinstance(lots, list) or not all(isinstance(each, str) for each in lots):
+        raise ValueError("the lots of a person are no list of ids")
+    return Person(Role(value["role"]), frozenset(lots), _read(value))
 
 
 def cookie_secret(folder: Path) -> bytes:

@@ -77,7 +77,7 @@ const fonts = everything.filter((name) => name.endsWith(".woff2"));
 const languages = everything.filter((name) => name.endsWith(".ftl"));
 /** Files of each late part of the page, besides those that its page needs anyway. */
 const PARTS = { fly: [], maps: ["views.css"], figures: ["views.css"] };
-for (const [name, entry, parts] of [["index.html", "app.js", Object.keys(PARTS)], ["shared.html", "guest.js", ["maps", "figures"]]]) {
+for (const [name, entry, parts] of [["index.html", "app.js", Object.keys(PARTS)], ["lots.html", "app.js", ["maps", "figures"]], ["shared.html", "guest.js", ["maps", "figures"]]]) {
   await preload(name, entry, parts);
 }
 const shell = before("app.js");

@@ -33,6 +33,7 @@ from hawk.lots.values import LotInputError, LotStoreError, NotFoundError
 from hawk.model.sentences import parts_of
 from hawk.runtime.late import late_functions
 from hawk.store.recordings import NotThatRecordingError
+from hawk.web.access.access import access_of
 from hawk.web.access.proxied import is_secure, prefix_of
 from hawk.web.downloads import FILES
 from hawk.web.services import SERVICES
@@ -228,7 +229,9 @@ def _place_of(request: web.Request, base: str, *, is_timed: bool) -> str:
 
     ``base``: address of the server, which answers hold.
     """
-    place = hashlib.sha256(f"{base}{request.path_qs}".encode()).hexdigest()[:12]
+    lots = lots_of(request)
+    theirs = "" if lots is None else f" for {sorted(lots)}"  # who may read others gets another answer
+    place = hashlib.sha256(f"{base}{request.path_qs}{theirs}".encode()).hexdigest()[:12]
     has_clock = is_timed and request.app[SERVICES].due is not None
     return f"{place}-{now_of(request) // MINUTE_S:.0f}" if has_clock else place
 
@@ -338,8 +341,15 @@ def _templates(app: web.Application) -> list[str]:
 def request_of(request: web.Request, query: type[Q]) -> Request[Q]:
     """Return a request without its connection. Raises LotInputError for a parameter."""
     return Request(
-        dict(request.match_info), query_of(request, query), base_of(request), now_of(request), next_due_of(request)
-    )
+        dict(request.match_info), query_of(request, query), base_of(request), now_of(request), next_due_of(request),
+        lots_of(request),
+    )  # fmt: skip
+
+
+def lots_of(request: web.Request) -> frozenset[str] | None:
+    """Return the ids of the lots that the role of the client is for; None: all."""
+    access = access_of(request)
+    return None if access is None else access.lots
 
 
 def base_of(request: web.BaseRequest) -> str:

@@ -37,8 +37,9 @@ Work = Callable[[web.Request, Body], Awaitable[object]]
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A change without its connection: ``path`` holds the values of the address's fields, ``who`` is the role of the
-    person, ``now`` the time, UTC, Unix seconds; ``register`` finds a survey's stalls among those of a lot.
+    """A change without its connection: ``path`` holds the values of the address's fields, ``who`` is the ``person``
+    whose token it is, else the role, ``now`` the time, UTC, Unix seconds; ``register`` finds a survey's stalls among
+    those of a lot.
     """
 
     path: Mapping[str, str]
@@ -46,6 +47,7 @@ class Command:
     who: str
     now: float
     register: Register | None = field(repr=False)
+    person: str = ""
 
     @property
     def id(self) -> str:
@@ -62,7 +64,8 @@ def changer(model: type[Given], change: Change) -> Handler:
 
     async def work(request: web.Request, body: Body) -> str:
         store = await opened(request)
-        command = Command(dict(request.match_info), body, role_of(request), now_of(request), store.register)
+        person = person_of(request)
+        command = Command(dict(request.match_info), body, who_of(request), now_of(request), store.register, person)
         return await store.write(lambda connection: text_of(change(connection, command)))
 
     return poster(model, work)
@@ -88,10 +91,16 @@ def changed(found: object) -> web.Response:
     return web.Response(text=text_of(found), content_type=JSON, headers={hdrs.CACHE_CONTROL: "no-store"})
 
 
-def role_of(request: web.Request) -> str:
-    """Return the role of the person who asks, as the store keeps it."""
+def who_of(request: web.Request) -> str:
+    """Return who asks, as the store keeps it: the person whose token it is, else the role."""
     access = request.get(ACCESS)
-    return Role.OPERATOR.value if access is None else access.role.value
+    return person_of(request) or (Role.OPERATOR.value if access is None else access.role.value)
+
+
+def person_of(request: web.Request) -> str:
+    """Return the name of the person whose token it is; empty for the token of a role."""
+    access = request.get(ACCESS)
+    return "" if access is None else access.person
 
 
 async def _body_of(request: web.Request, model: type[Given]) -> Body:

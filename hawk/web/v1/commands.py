@@ -72,8 +72,9 @@ def undo(connection: Connection, command: Command) -> object:
 
 
 def open_edit(connection: Connection, command: Command) -> object:
-    """Open an edit of a plan, or go on with it."""
-    return edits.open_edit(connection, command.id, command.body, command.now)
+    """Open an edit of a plan, or go on with it. One who has a token of their own edits under its name."""
+    who = {"who": command.person} if command.person else {}
+    return edits.open_edit(connection, command.id, {**command.body, **who}, command.now)
 
 
 def close_edit(connection: Connection, command: Command) -> object:

@@ -36,7 +36,10 @@ else:
 
 TILE_CACHING: Final = "private, max-age=86400"
 """A day: then a browser asks once whether the survey is there."""
-_TILE_HEADERS: Final[Mapping[str, str]] = {hdrs.CACHE_CONTROL: TILE_CACHING}
+_TILE_HEADERS: Final[Mapping[str, str]] = {
+    hdrs.CACHE_CONTROL: TILE_CACHING,
+    hdrs.VARY: f"{hdrs.ACCEPT_ENCODING}, {hdrs.COOKIE}",  # the next person at this browser asks again
+}
 
 
 @answered

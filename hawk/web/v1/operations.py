@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from enum import Enum
 from typing import Any
 
 from aiohttp.typedefs import Handler
@@ -14,6 +15,23 @@ from hawk.web.v1.parameters import Query
 from hawk.web.v1.unknown import PATTERNS
 
 
+class Bound(Enum):
+    """What keeps a role for some lots within these; the value is the kind of what the path names.
+
+    ``LISTED``: the handler leaves out what is not theirs. ``LINK``: a link's token opens one lot, whoever has it.
+    ``OPEN``: the answer is of no lot.
+    """
+
+    LOT = "lot"
+    SURVEY = "survey"
+    STALL = "stall"
+    SHARE = "share"
+    CHANGE = "change"
+    LISTED = ""
+    LINK = "link"
+    OPEN = "open"
+
+
 @dataclass(frozen=True, slots=True)
 class Operation:
     """An address. ``path`` begins below `hawk.web.v1.answers.ROOT`; ``tag`` is its group in the documentation.
@@ -21,7 +39,8 @@ class Operation:
     ``answer``: type of the answer; None for a file, which is of one of the ``content_types``. ``body_type``: that of
     the body. ``takes_file``: the body is a file, whatever it holds. ``has_tag``: the answer has an ETag.
     ``for_operators``: viewers may not read it. ``for_drones``: drones alone may do it. ``is_open``: a field of the
-    path is a link's token, and no login is asked for.
+    path is a link's token, and no login is asked for. ``bound``: as `hawk.web.v1.bounds` keeps it;
+    None: a role for some lots may not do it.
     """
 
     method: str
@@ -40,6 +59,7 @@ class Operation:
     for_operators: bool = False
     for_drones: bool = False
     is_open: bool = False
+    bound: Bound | None = None
 
     @property
     def is_change(self) -> bool:

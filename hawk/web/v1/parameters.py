@@ -282,7 +282,7 @@ M = TypeVar("M", bound=BaseModel)
 class Request(Generic[Q]):
     """A request without its connection: ``path`` holds the values of the address's fields, ``base`` is the address of
     this server as the client has it, without a last slash, ``now`` the time, UTC, Unix seconds. ``due``: as
-    `hawk.lots.queries.NextDue`.
+    `hawk.lots.queries.NextDue`. ``lots``: ids of those that the role of the client is for; None: all.
     """
 
     path: Mapping[str, str]
@@ -290,6 +290,7 @@ class Request(Generic[Q]):
     base: str
     now: float
     due: Callable[[str, str, float | None], datetime | None] = lambda *_: None
+    lots: frozenset[str] | None = None
 
     @property
     def id(self) -> str:

@@ -20,7 +20,7 @@ from hawk.runtime.late import late_functions
 from hawk.web.area_file import sent_file
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import answered, now_of, opened, text_of
-from hawk.web.v1.changes import FOR_OPERATORS, Body, changed, role_of
+from hawk.web.v1.changes import FOR_OPERATORS, Body, changed, who_of
 from hawk.web.v1.parameters import AGAIN, Query
 from hawk.web.v1.refusals import check_operator
 
@@ -124,7 +124,7 @@ async def take(request: web.Request, body: Body) -> object:
 
 async def begin(request: web.Request, body: Body) -> object:
     """Make a lot called ``name`` of a previewed plan."""
-    who, now = role_of(request), now_of(request)
+    who, now = who_of(request), now_of(request)
     return await _take(request, None, lambda connection, found: transfer.begin(connection, found, body, who, now))
 
 

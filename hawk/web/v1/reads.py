@@ -7,19 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from sqlalchemy import ColumnElement, Connection
 
 from hawk.exports.lot_places import lot_places
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson, survey_map
-from hawk.lots import lists, names, queries, section_lists
+from hawk.lots import lists, names, queries, reach, section_lists
 from hawk.lots.answers import Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.documents import arrival_log
 from hawk.lots.lists import Asked
-from hawk.lots.schema import SURVEY
+from hawk.lots.schema import CHANGE, LOT, SURVEY
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import UTC_NAME, Placed
@@ -62,6 +62,16 @@ def _during(connection: Connection, query: forms.Period, lot: str | None) -> Seq
     return period_of(query.begin, query.end, named).holds(SURVEY.c.ended)
 
 
+def within(connection: Connection, asked: Request[Any]) -> frozenset[str] | None:
+    """Return the lots that the role of the client is for, as they are now; None: all."""
+    return None if asked.lots is None else reach.lots_within(connection, asked.lots)
+
+
+def _theirs(connection: Connection, asked: Request[Any], lot: ColumnElement[str]) -> Sequence[ColumnElement[bool]]:
+    """Return the conditions that a column names a lot that the role of the client is for."""
+    return () if asked.lots is None else (reach.is_within(lot, within(connection, asked)),)
+
+
 def _period(connection: Connection, asked: Request[P]) -> Period:
     """Return a period, which may have no end. Raises NotFoundError, LotInputError."""
     query = asked.query
@@ -70,12 +80,13 @@ def _period(connection: Connection, asked: Request[P]) -> Period:
 
 def lots(connection: Connection, asked: Request[forms.Listed]) -> Answer:
     """Return every lot."""
-    return _listed(lists.lots(connection, _part(asked.query), asked.due))
+    part = replace(_part(asked.query), of=_theirs(connection, asked, LOT.c.id))
+    return _listed(lists.lots(connection, part, asked.due))
 
 
 def places_of_lots(connection: Connection, asked: Request[Query]) -> Answer:
     """Return every lot as the page's map and table of them show it."""
-    return Answer(lot_places(connection, asked.due))
+    return Answer(lot_places(connection, asked.due, _theirs(connection, asked, LOT.c.id)))
 
 
 def lot(connection: Connection, asked: Request[Query]) -> Answer:
@@ -144,7 +155,8 @@ def surveys(connection: Connection, asked: Request[forms.Surveys]) -> Answer:
     """Return surveys: those of a lot where the address names one."""
     query = asked.query
     is_asked = SURVEY.c.placed != Placed.DELETED.value if query.placed is None else SURVEY.c.placed == query.placed
-    conditions = [*_during(connection, query, asked.path.get("id")), is_asked]
+    of_lots = _theirs(connection, asked, SURVEY.c.lot)
+    conditions = [*_during(connection, query, asked.path.get("id")), *of_lots, is_asked]
     part = replace(_part(query), newest_first=query.order == "newest", of=conditions)
     return _listed(lists.surveys(connection, part, asked.path.get("id")))
 
@@ -169,12 +181,13 @@ def observations_of_survey(connection: Connection, asked: Request[forms.Listed])
 
 def changes(connection: Connection, asked: Request[forms.Changes]) -> Answer:
     """Return the changes that persons made."""
-    return _listed(lists.changes(connection, _part(asked.query), asked.query.lot))
+    part = replace(_part(asked.query), of=_theirs(connection, asked, CHANGE.c.lot))
+    return _listed(lists.changes(connection, part, asked.query.lot))
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:
     """Return what the newest surveys of a lot propose to change of its layout."""
-    return Answer(queries.proposed(connection, asked.id))
+    return Answer(queries.proposed(connection, asked.id, within(connection, asked)))
 
 
 def plan(connection: Connection, asked: Request[forms.PlanPart]) -> Answer:
@@ -219,7 +232,7 @@ def report(
 
 def lots_of_report(connection: Connection, asked: Request[forms.LotsReportQuery]) -> list[str]:
     """Return the lots that a report is asked over, whether it takes as many or not."""
-    return list(asked.query.lot) or names.lots_by_name(connection)
+    return list(asked.query.lot) or names.lots_by_name(connection, *_theirs(connection, asked, LOT.c.id))
 
 
 def report_of_lots(

@@ -12,6 +12,7 @@ from aiohttp.typedefs import Handler
 from hawk.web.services import SERVICES
 from hawk.web.v1 import documents, films, inbox, plan_files, reports
 from hawk.web.v1.answers import KEPT, OPENAPI, Answer, KeptAnswers, answered, base_of, made, text_of
+from hawk.web.v1.bounds import bounded
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
@@ -42,7 +43,7 @@ def add_routes(app: web.Application) -> None:
     films.prepare(app)
     found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}
     for each in OPERATIONS:
-        found.setdefault(each.route, {})[each.method] = each.handler
+        found.setdefault(each.route, {})[each.method] = bounded(each)
     for path, handlers in found.items():
         for method, handler in handlers.items():
             add = {hdrs.METH_GET: app.router.add_get, hdrs.METH_PUT: app.router.add_put}

@@ -4,7 +4,7 @@ import { Voice } from "./link/voice.ts";
 import { followWindow, Route, windowAddress } from "./route/route.ts";
 import { Operator } from "./state/operator.ts";
 import { PageLanguage } from "./state/page-language.ts";
-import { App } from "./ui/app.ts";
+import { App, type Person } from "./ui/app.ts";
 import { isUnseen } from "./ui/picture-window.ts";
 import { say } from "./words/say.ts";
 
@@ -69,17 +69,33 @@ window.addEventListener("beforeunload", (event) => {
   if (operator.isFlyingIt) event.preventDefault();
 });
 
-for (const app of document.querySelectorAll("hawk-app")) {
-  if (app instanceof App) Object.assign(app, { model: operator, route });
+const apps = [...document.querySelectorAll("hawk-app")].filter((app) => app instanceof App);
+if (apps.some((app) => app.isForSome) && location.hash === "") route.settle({ view: "lots" });
+for (const app of apps) Object.assign(app, { model: operator, route });
+
+if (apps.some((app) => app.isForSome)) {
+  void showPerson();
+  document.addEventListener("visibilitychange", () => void showPerson());
+} else live();
+
+/** Whose lots are shown; the login page where the login has ended. */
+async function showPerson(): Promise<void> {
+  const answer = await fetch("api/session", { cache: "no-store" }).catch(() => null);
+  if (answer?.status === 401) logIn();
+  if (!answer?.ok) return;
+  const person = (await answer.json()) as Person;
+  for (const app of apps) app.person = person;
 }
-operator.connect();
 
-const life = new Worker(new URL("life-worker.js", document.baseURI));
-const showLife = (): void => operator.signOfLife(isUnseen());
-life.onmessage = showLife;
-document.addEventListener("visibilitychange", showLife);
-
-setInterval(() => {
-  const silent = operator.view().silence;
-  if (!document.hidden && (silent === null || silent > TICK_MS / 1000)) operator.tick();
-}, TICK_MS);
+/** The drone is heard, and hears from this page. */
+function live(): void {
+  operator.connect();
+  const life = new Worker(new URL("life-worker.js", document.baseURI));
+  const showLife = (): void => operator.signOfLife(isUnseen());
+  life.onmessage = showLife;
+  document.addEventListener("visibilitychange", showLife);
+  setInterval(() => {
+    const silent = operator.view().silence;
+    if (!document.hidden && (silent === null || silent > TICK_MS / 1000)) operator.tick();
+  }, TICK_MS);
+}

@@ -71,6 +71,12 @@ describe("what drones sent to a desk", () => {
     assert.equal(views.querySelector("archive-arrivals b"), null, "what a stranger sent is text");
   });
 
+  it("is of all lots: a role for some lots is not offered it", async () => {
+    await open(`#/lots/${LOT}?show=arrivals`, { isForSome: true });
+    assert.equal(button("Arrivals"), undefined);
+    assert.equal(views.querySelector("archive-arrivals"), null);
+  });
+
   it("is chosen by sender and outcome, part by part", async () => {
     await open(`#/lots/${LOT}?show=arrivals`);
     await choose(0, "=");

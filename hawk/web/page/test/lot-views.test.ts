@@ -105,7 +105,7 @@ describe("what several parts of the page ask for", () => {
       count += 1;
       return Promise.resolve(works ? Response.json(DRAWN) : new Response("busy", { status: 500 }));
     };
-    const source = new LotSource("lots/1", () => now);
+    const source = new LotSource("lots/1", true, () => now);
     await Promise.all([source.map(ONE), source.map(ONE)]);
     assert.equal(count, 1);
     [now, works] = [30_000, false];
@@ -113,6 +113,11 @@ describe("what several parts of the page ask for", () => {
     works = true;
     await source.map(ONE);
     assert.equal(count, 3);
+  });
+
+  it("is not of recordings for a role that is for some lots", async () => {
+    globalThis.fetch = () => assert.fail("it would be refused");
+    assert.deepEqual(await new LotSource(`lots/${LOT}`, false).recordings(), []);
   });
 
   it("is a whole list, part by part", async () => {

@@ -118,7 +118,7 @@ describe("the page's end", () => {
 describe("a view without a lot", () => {
   it("says that none is stored only when the drone said so", async () => {
     for (const [lots, unlisted, said] of [[[], "", /No lot is stored yet/], [null, "", /Asking the drone/], [null, "The store is busy.", /The store is busy\./]] as const) {
-      const access = { lots, unlisted, token: null, mayChange: true, operator: null };
+      const access = { lots, unlisted, token: null, mayChange: true, operator: null, isForSome: false };
       const views = Object.assign(new LotViews(), { route: new Route({ hash: () => "#/report", write: () => undefined }), access });
       document.body.replaceChildren(views);
       await views.updateComplete;

@@ -8,6 +8,7 @@ A thread of the store loads this module, and SQLAlchemy with it (`hawk.runtime.l
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Final
 from urllib.parse import urlencode
 
@@ -32,6 +33,7 @@ from hawk.web.v1.features.answers import (
 from hawk.web.v1.features.parameters import MOST_FEATURES, Items, box_of, period_of
 from hawk.web.v1.features.parameters import ROOT as FEATURES
 from hawk.web.v1.parameters import Query, Request
+from hawk.web.v1.reads import within
 from hawk.web.v1.unknown import ROOT
 
 CRS84: Final = "http://www.opengis.net/def/crs/OGC/1.3/CRS84"
@@ -73,14 +75,14 @@ def conformance(_: Connection, __: Request[Query]) -> Answer:
 
 def collections(connection: Connection, asked: Request[Query]) -> Answer:
     """Return all collections."""
-    around = extent(connection)
+    around = extent(connection, within(connection, asked))
     found = [_collection(asked, name, around) for name in _TEXTS]
     return Answer(Collections(links=[_link(_address(asked), "self", JSON, "This list")], collections=found))
 
 
 def collection(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a collection."""
-    return Answer(_collection(asked, asked.path["collection"], extent(connection)))
+    return Answer(_collection(asked, asked.path["collection"], extent(connection, within(connection, asked))))
 
 
 def _collection(asked: Request[Any], name: str, around: Extent) -> Collection:
@@ -104,7 +106,8 @@ def items(connection: Connection, asked: Request[Items]) -> Answer:
     """Return the features of a collection that are asked for."""
     name, query, address = asked.path["collection"], asked.query, f"{_address(asked, asked.path['collection'])}/items"
     limit = min(query.limit, MOST_FEATURES)
-    found = _finder(name)(connection, _choice(query, limit))
+    choice = replace(_choice(query, limit), lots=within(connection, asked))
+    found = _finder(name)(connection, choice)
     given = {key: value for key, value in (("bbox", query.bbox), ("datetime", query.datetime)) if value is not None}
 
     def at(offset: int, count: int = limit) -> str:
@@ -130,7 +133,7 @@ def items(connection: Connection, asked: Request[Items]) -> Answer:
 def item(connection: Connection, asked: Request[Query]) -> Answer:
     """Return a feature. Raises NotFoundError."""
     name = asked.path["collection"]
-    found = _finder(name)(connection, Choice(ids=[asked.id]))
+    found = _finder(name)(connection, Choice(ids=[asked.id], lots=within(connection, asked)))
     if not found.features:
         raise NotFoundError("feature: there is no feature with this id; read the collection again")
     links = [

@@ -88,14 +88,14 @@ async def test_a_viewer_knows_its_role_and_sees_everything(stand: Stand) -> None
         async with session.get(stand.rig.server.make_url(path)) as response:
             assert response.status in (200, 503), path
     async with session.get(stand.rig.server.make_url("/api/session")) as response:
-        assert await response.json() == {"role": "viewer", "login": True}
+        assert await response.json() == {"role": "viewer", "login": True, "person": ""}
 
 
 async def test_without_tokens_there_is_one_role_and_no_login(rig: Rig) -> None:
     await rig.start()
     assert rig.server is not None
     async with browser() as session, session.get(rig.server.make_url("/api/session")) as response:
-        assert await response.json() == {"role": "operator", "login": False}
+        assert await response.json() == {"role": "operator", "login": False, "person": ""}
     async with browser() as session:
         page = Visitor(await session.ws_connect(rig.server.make_url("/ws")))
         assert (await page.next("Welcome"))["Login"] is False

@@ -112,7 +112,7 @@ async def test_cookies_are_for_https_and_for_this_server_only(rig: Rig, pair: Pa
             assert "Secure" in cookie
             assert "Domain" not in cookie
             async with session.get(f"{server.url}api/session") as response:
-                assert await response.json() == {"role": "operator", "login": True}
+                assert await response.json() == {"role": "operator", "login": True, "person": ""}
             async with session.get(f"{server.url}?token={token}", allow_redirects=False) as response:
                 assert response.headers["Location"] == "/"
         async with secure(pair, headers={"Authorization": f"Bearer {token}"}) as tool:

@@ -235,6 +235,11 @@ export interface Messages {
   "desk": Record<string, never>;
   "desk-mark": Record<string, never>;
   "desk-words": Record<string, never>;
+  "some-lots": Record<string, never>;
+  "some-lots-mark": Record<string, never>;
+  "some-lots-words": { name: string | number };
+  "some-lots-no-drone-title": Record<string, never>;
+  "some-lots-no-drone": Record<string, never>;
   "menu": Record<string, never>;
   "skip": Record<string, never>;
   "skip-to-actions": Record<string, never>;

@@ -56,7 +56,7 @@ export class Guest extends LitElement {
 
   override render(): TemplateResult {
     const { shown, route } = this;
-    const access = { lots: [], unlisted: "", token: this.token, mayChange: false, operator: null };
+    const access = { lots: [], unlisted: "", token: this.token, mayChange: false, operator: null, isForSome: false };
     const counted = shown?.surveys.filter((row) => row.left_out_code === "").length ?? 0;
     const views = this.problem === "" ? VIEWS.filter(([, least]) => counted >= least).map(([view]) => view) : [];
     return html`<hawk-top .route=${route} .place=${route.place} .views=${views} .lots=${shown && this.problem === "" ? [lotOf(shown)] : null} .spoken=${language()} .speak=${this.speak}></hawk-top>

@@ -29,6 +29,15 @@ const PANEL_NAMES = { menu: "menu", actions: "more-actions", keys: "keys" } as c
 const AFTER_VIEW_MS = 3000;
 /** HTTP's status of what is not here. */
 const NOT_THERE = 404;
+/** Views of a role that is for some lots: the others are of a drone. */
+const OF_LOTS: readonly ViewName[] = ["lots", "compare", "report"];
+
+/** A person whose role is for some lots. */
+export interface Person {
+  person: string;
+  role: "viewer" | "operator";
+}
+
 /** Lots that could not be read are asked for again after so long. */
 const AGAIN_MS = 5000;
 
@@ -36,6 +45,10 @@ const AGAIN_MS = 5000;
 @customElement("hawk-app")
 export class App extends LitElement {
   model!: Operator;
+  /** The role is for some lots: nothing of a drone is read or shown. */
+  @property({ type: Boolean, attribute: "some-lots" }) isForSome = false;
+  /** Whose role that is, once it is known. */
+  @property({ attribute: false }) person: Person | null = null;
   @property({ attribute: false }) route = new Route();
   @state() private lots: LotPlace[] | null = null;
   /** Why the lots could not be read. */
@@ -72,7 +85,7 @@ export class App extends LitElement {
     this.route.addEventListener("change", this.moved);
     this.listedFor = this.route.place.view;
     void this.listLots();
-    setTimeout(() => this.fly.want(), AFTER_VIEW_MS);
+    if (!this.isForSome) setTimeout(() => this.fly.want(), AFTER_VIEW_MS);
   }
 
   override disconnectedCallback(): void {
@@ -88,7 +101,7 @@ export class App extends LitElement {
   override willUpdate(changed: PropertyValues<this>): void {
     if (changed.has("route")) this.follow(changed.get("route"));
     this.dress();
-    this.wasOpen ||= this.route.place.view === "fly";
+    this.wasOpen ||= this.route.place.view === "fly" && !this.isForSome;
     const view = this.model.view();
     if (isFlying(view.heartbeat)) this.survey = false;
     const landed = view.landedAt !== this.landedAt && view.landedAt !== null;
@@ -106,12 +119,35 @@ export class App extends LitElement {
   private titleOf(view: View): string {
     const { place } = this.route;
     const lot = this.lots?.find(({ id }) => id === place.lot);
-    if (place.view !== "fly") return say("title-view", { view: say(`view-${place.view}`), lot: lot?.name ?? "Parking Lot Hawk" });
+    if (place.view !== "fly" || this.isForSome) return say("title-view", { view: say(`view-${place.view}`), lot: lot?.name ?? "Parking Lot Hawk" });
     if (view.welcome?.Desk) return say("title", { state: say("desk-words") });
     return say(view.welcome?.Simulation ? "title-simulation" : "title", { state: stateWords(view).title });
   }
 
   override render(): TemplateResult {
+    return this.isForSome ? this.someLots() : this.whole();
+  }
+
+  private someLots(): TemplateResult {
+    const { person, role } = this.person ?? { person: "", role: "viewer" };
+    const isOfLots = OF_LOTS.includes(this.route.place.view);
+    return html`<div class="simline desk" role="region" aria-label=${say("some-lots")}><b>${say("some-lots-mark")}</b> ${person === "" ? nothing : say("some-lots-words", { name: person })} <button class="plain link" @click=${() => this.model.logOut()}>${say("log-out")}</button></div>
+      ${this.top(OF_LOTS, null)}
+      ${isOfLots ? this.away(role === "operator") : html`<div class="view" role="main"><div class="page"><h1>${say("some-lots-no-drone-title")}</h1><p>${say("some-lots-no-drone")}</p></div></div>`}`;
+  }
+
+  private top(views: readonly ViewName[], drone: DroneChip | null): TemplateResult {
+    const { model, route } = this;
+    return html`<hawk-top .route=${route} .place=${route.place} .views=${views} .lots=${this.lots} .drone=${drone} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })} .clocked=${() => model.dispatchEvent(new Event("change"))}></hawk-top>`;
+  }
+
+  /** A view of lots. */
+  private away(mayChange: boolean): TemplateResult {
+    const { lots, unlisted, model, isForSome } = this;
+    return html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots, unlisted, token: null, mayChange, operator: model, isForSome }, language())}</div>`;
+  }
+
+  private whole(): TemplateResult {
     const { model } = this;
     const view = model.view();
     const isDesk = view.welcome?.Desk === true;
@@ -121,14 +157,14 @@ export class App extends LitElement {
     const flies = isSteering && isRead;
     return html`${flies ? html`<nav class="skipping" aria-label=${say("skip")}><a class="skip" href="#bar" @click=${(event: Event) => this.skip(event)}>${say("skip-to-actions")}</a></nav>` : nothing}
       ${this.line(view, isDesk)}
-      <hawk-top .route=${this.route} .place=${this.route.place} .views=${viewsOf(!this.isAlone, isDesk)} .lots=${this.lots} .drone=${isSteering ? null : chipOf(view)} .spoken=${language()} .speak=${(choice: LanguageChoice) => model.prefer({ language: choice })} .clocked=${() => model.dispatchEvent(new Event("change"))}></hawk-top>
+      ${this.top(viewsOf(!this.isAlone, isDesk), isSteering ? null : chipOf(view))}
       ${flies ? html`<hawk-glance .model=${model}></hawk-glance>` : nothing}
       ${flies || (!isAway && isRead) ? html`<div class="strips">
             <hawk-banner .model=${model}></hawk-banner>
             ${isDesk ? nothing : html`<hawk-control .model=${model}></hawk-control><hawk-earlier .model=${model} .isShown=${this.survey && !isAway}></hawk-earlier>`}
           </div>` : nothing}
       ${!isAway && !isRead ? waitingFor(this.fly) : !this.wasOpen || this.fly.state !== "there" ? nothing : isDesk ? this.desk(model, isAway) : this.flight(model, isAway)}
-      ${isAway ? html`<div class="view" role="main">${this.isLotGone ? html`<p class="card" role="alert">${say("lot-gone")}</p>` : nothing}${this.late.render(this.route, { lots: this.lots, unlisted: this.unlisted, token: null, mayChange: !isViewer(view), operator: model }, language())}</div>` : nothing}
+      ${isAway ? this.away(!isViewer(view)) : nothing}
       ${isDesk || this.fly.state !== "there" ? nothing : html`<hawk-kill .model=${model}></hawk-kill>`}
       ${flies ? html`<hawk-bar .model=${model} .classAt=${(place: { North: number; East: number }) => this.map?.classAt(place) ?? 0}></hawk-bar>` : nothing}`;
   }
@@ -226,7 +262,7 @@ export class App extends LitElement {
   private readonly key = (event: KeyboardEvent): void => {
     undoByKey(event, this.model);
     leaveByEscape(event, this.model, () => (this.panel = "none"));
-    if (this.model.flight.welcome?.Desk !== true) actOnKey(event, this.model, (action) => this.open(action));
+    if (!this.isForSome && this.model.flight.welcome?.Desk !== true) actOnKey(event, this.model, (action) => this.open(action));
   };
 
   private skip(event: Event): void {

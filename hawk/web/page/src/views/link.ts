@@ -34,13 +34,16 @@ export function recordingsOf(all: readonly Recording[], survey: string): Recordi
 export class LotSource {
   readonly base: string;
   readonly isShared: boolean;
+  /** The recordings may be read: they are of all lots. */
+  private readonly hasRecordings: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
   /** In which all surveys of the lot are shown: place and zoom stay when one follows another. */
   private plane: LocalPlane | null = null;
 
-  constructor(base: string, now = (): number => Date.now()) {
+  constructor(base: string, hasRecordings = true, now = (): number => Date.now()) {
     this.base = `${API}/${base}`;
+    this.hasRecordings = hasRecordings;
     this.isShared = base.startsWith("shared/");
     this.now = now;
   }
@@ -79,7 +82,7 @@ export class LotSource {
 
   /** What was recorded over the lot; a link knows of nothing. */
   async recordings(): Promise<Recording[]> {
-    if (this.isShared) return [];
+    if (this.isShared || !this.hasRecordings) return [];
     const all = await this.keep(`${API}/recordings`, () => readAll<Recording>("recordings"));
     return all.filter(({ lot }) => lot !== null && this.base === `${API}/lots/${lot.id}`);
   }

@@ -21,6 +21,8 @@ export interface LotAccess {
   mayChange: boolean;
   /** Whose plan editor is opened here; null for a link. */
   operator: Operator | null;
+  /** The role is for some lots: recordings and arrivals are of all. */
+  isForSome: boolean;
 }
 
 /** What the page says, with what undoes it and its name. */
@@ -79,8 +81,8 @@ export class LotViews extends LitElement {
   }
 
   private parts(place: Place): TemplateResult {
-    const { lots, token, mayChange } = this.access;
-    const hidden = { all: (lots?.length ?? 0) < 2, "": false, stalls: false, links: token !== null, arrivals: token !== null || !mayChange || !lots?.some((lot) => droneOf(lot) !== "") };
+    const { lots, token, mayChange, isForSome } = this.access;
+    const hidden = { all: (lots?.length ?? 0) < 2, "": false, stalls: false, links: token !== null, arrivals: token !== null || isForSome || !mayChange || !lots?.some((lot) => droneOf(lot) !== "") };
     const parts = PARTS.filter((part) => !hidden[part]);
     return html`<nav aria-label=${say("archive-view-parts")}>${parts.map(
       (part) => html`<button aria-current=${part === place.show ? "page" : "false"} @click=${() => this.route.go({ show: part })}>${say(NAMES[part])}</button>`,
@@ -94,7 +96,7 @@ export class LotViews extends LitElement {
     if (place.view === "recordings") return isShared ? nothing : html`<archive-recordings .place=${place} .revision=${revision} .mayChange=${mayChange} .zone=${this.access.lots?.find(({ id }) => id === place.lot)?.time_zone} .sourceOf=${this.sourceOf}></archive-recordings>`;
     if (!isShared && place.lot === "") return this.withoutLot();
     if (!isShared && place.view === "lots" && place.show === "all") return html`<archive-all-lots .lots=${this.access.lots ?? []} .place=${place} .spoken=${this.spoken} .theme=${document.documentElement.dataset.theme ?? ""}></archive-all-lots>`;
-    if (!isShared && place.view === "lots" && place.show === "arrivals") return html`<archive-arrivals .lots=${this.access.lots ?? []} .revision=${revision}></archive-arrivals>`;
+    if (!isShared && place.view === "lots" && place.show === "arrivals" && !this.access.isForSome) return html`<archive-arrivals .lots=${this.access.lots ?? []} .revision=${revision}></archive-arrivals>`;
     const source = this.sourceOf(place.lot);
     if (place.view === "compare") return html`<archive-compare .source=${source} .place=${place} .revision=${revision}></archive-compare>`;
     if (place.show === "document") return html`<archive-document .source=${source} .place=${place} .revision=${revision}></archive-document>`;
@@ -112,9 +114,9 @@ export class LotViews extends LitElement {
 
   /** The same for every view of a lot. */
   private readonly sourceOf = (lot: string): LotSource => {
-    const { token } = this.access;
+    const { token, isForSome } = this.access;
     const base = token === null ? `lots/${lot}` : `shared/${token}`;
-    const source = this.kept.get(base) ?? new LotSource(base);
+    const source = this.kept.get(base) ?? new LotSource(base, !isForSome);
     this.kept.set(base, source);
     return source;
   };
