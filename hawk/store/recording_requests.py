@@ -130,7 +130,7 @@ NOTHING: Final = RequestProgress("none")
 
 
 class RecordingRequests:
-    """The requests of a desk. One thread uses it; any thread may call `origins` and `progress`."""
+    """The requests of a desk. One thread uses it."""
 
     def __init__(
         self,
@@ -193,7 +193,7 @@ class RecordingRequests:
 
     def origins(self) -> Mapping[str, RecordingRequest]:
         """Return the request of each recording that came, by the name that it has here. Raises OSError."""
-        return {whole.file: each for each in [*self._known().values()] for whole in each.whole}
+        return {whole.file: each for each in self._known().values() for whole in each.whole}
 
     def offer(
         self, survey: str, drone: str, answer: Answer, offered: Sequence[OfferedRecording]
