@@ -45,7 +45,7 @@ it is, there is no room."""
 
 
 class PartRefusedError(Exception):
-    """What a drone sent of a recording is refused; the text says why, with the remedy."""
+    """Refusal of what a drone sent of a recording; the text says why, with the remedy."""
 
     def __init__(self, cause: Cause, named: str, reason: str) -> None:
         super().__init__(f"{named}: {reason}")

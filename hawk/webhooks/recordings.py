@@ -282,7 +282,7 @@ async def _put(put: Put, address: str, headers: Mapping[str, str], data: Sent) -
 
 
 def _read(path: Path, start: int, count: int) -> bytes:
-    """Return bytes of a file. Raises OSError where it has no longer so many."""
+    """Return bytes of a file. Raises OSError where it ends before."""
     with path.open("rb") as file:
         data = os.pread(file.fileno(), count, start)
     return data if len(data) == count else _cut(path)

@@ -164,7 +164,7 @@ class Deleted(Shown):
 
 
 class AskRecordings(Given):
-    """Whether the drone that sent a survey is asked for the recordings of it."""
+    """Question for the recordings of a survey to the drone that sent it; false takes it back."""
 
     ask: bool
 

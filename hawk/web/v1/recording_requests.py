@@ -67,7 +67,7 @@ T = TypeVar("T")
 
 @answered
 async def read(request: web.Request) -> web.StreamResponse:
-    """How far the recordings of a survey are here."""
+    """The state of a survey's recordings here."""
     query_of(request, Query)
     survey = request.match_info["id"]
     async with in_time(BUSY):

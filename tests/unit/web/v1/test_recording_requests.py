@@ -204,7 +204,7 @@ async def test_without_room_nothing_is_taken_and_the_desk_says_why(asking: Askin
     assert asking.files() == {}
 
 
-async def test_what_is_not_what_it_says_it_is_goes_and_another_file_begins_anew(asking: Asking) -> None:
+async def test_what_is_not_what_it_says_it_is_goes_and_another_file_begins_at_its_start(asking: Asking) -> None:
     size = len(asking.data)
     await asking.ask()
     await asking.offer(size)
