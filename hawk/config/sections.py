@@ -251,13 +251,17 @@ class WebhooksSettings(Section):
 
 
 class CollectSettings(Section):
-    """A desk that collects the surveys of this store, by a token of this drone. ``lots``: those that come back."""
+    """A desk that collects the surveys of this store, by a token of this drone. ``lots``: those that come back.
+
+    ``recordings``: whether the desk gets those that it asks for; they show everything that the camera saw.
+    """
 
     url: DeskAddress | None = None
     token_file: FilePath | None = None
     certificate: FilePath | None = None
     kbit_s: int = Field(default=0, ge=0, le=1_000_000)
     lots: Literal["all", "seen"] = "all"
+    recordings: Literal["never", "asked"] = "never"
 
     @model_validator(mode="after")
     def _fit_together(self) -> CollectSettings:

@@ -46,6 +46,7 @@ from hawk.model.sentences import say
 from hawk.runtime.performance import LoopLag
 from hawk.runtime.program_log import ProgramLog
 from hawk.store.inbox import InboxFolder, InboxQuota
+from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import OneRecording, Recordings
 from hawk.store.replay import read_metadata
 from hawk.store.store_lock import StoreInUseError, held_store
@@ -219,12 +220,14 @@ def _of_store(
     if store is None:
         yield services
         return
+    recordings = Recordings(config.store)
     with contextlib.closing(DayPlanner(store, config, timetable, partial(drone_of, config))) as days:
         yield replace(
             services,
             lots=store,
             collects=collects,
             inbox=inbox_folder(config.inbox),
+            recording_requests=RecordingRequests(recordings, config.store) if collects else None,
             due=None if timetable.is_empty else timetable.moments,
             day_plan=days.plan,
             folder=config.store.directory,

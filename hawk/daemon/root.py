@@ -245,6 +245,7 @@ class Daemon:
             self.manager.log.add,
             surroundings(self.autopilot, self.camera, self.inputs, self.topics, self.manager, self._config.fence),
             lambda: self.inputs.occupancy_map.value,
+            self._recording.folder,
             is_restored=bool(self._kept.map_parts),
             full_battery=self.manager.full_battery,
         )

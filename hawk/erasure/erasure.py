@@ -29,6 +29,7 @@ from hawk.lots.storage.erasure import (
 from hawk.lots.store import lots_file
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import LotStoreError
+from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import MARK, SUFFIX, Recordings, survey_of
 from hawk.store.store_lock import StoreInUseError, held_store
 
@@ -93,10 +94,13 @@ def _files_of(settings: StoreSettings, path: Path, found: Found) -> Report:
     pictures = pictures_of(path)
     with _repeatable(pictures.folder):
         shown = sum(pictures.remove(each) for each in found.ids)
-    recordings = [each for each in _recordings(settings) if survey_of(each) in {"", *found.journals}]
+    folder = Recordings(settings)
+    with _repeatable(folder.folder):
+        came, requests = RecordingRequests(folder, settings).files_of(found.ids)
+    recordings = [each for each in _recordings(settings) if each in came or survey_of(each) in {"", *found.journals}]
     journals = [each for each in _journals(settings) if each.name in found.journals]
     _remove(_with_marks(recordings))
-    _remove(journals)
+    _remove([*requests, *journals])
     return Report(len(found.surveys), shown, len(recordings), len(journals), _without_copies(path))
 
 

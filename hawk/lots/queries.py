@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from typing import Any, Final
 
@@ -34,7 +34,7 @@ from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of, found_by
 from hawk.lots.survey.order import is_sure, last_of, ordered_at
-from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
+from hawk.lots.survey.source import SOURCE_COLUMNS, SurveyKind, source_json
 from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import (
     LotStoreError,
@@ -55,6 +55,9 @@ SURVEY_SHOWN: Final = (
     _WRITER.label("drone"),
 )  # fmt: skip
 """Columns of a survey that are shown."""
+
+
+_NO_SURVEY: Final = "survey: there is no survey with this id; reload the list"
 
 
 def places(connection: Connection, survey_id: str) -> PossiblePlaces:
@@ -96,8 +99,8 @@ def proposed(connection: Connection, lot_id: str, within: Collection[str] | None
 
 
 def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
-    """Return id, name and time zone of the lot of each survey that has one, and the survey's id, by the name of its
-    journal.
+    """Return id, name and time zone of the lot of each survey that has one, and the survey's id: by that id, and by
+    the name of its journal.
     """
     lots = {row["id"]: row for row in connection.execute(select(LOT)).mappings()}
     surveys = connection.execute(
@@ -108,7 +111,39 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
         row["id"]: {"id": row["id"], "name": row["name"], "time_zone": zone}
         for row, zone in zip(of_surveys, time_zones_of(connection, of_surveys), strict=True)
     }
-    return {journal_of(origin): {"survey": survey, **shown[lot]} for origin, survey, lot in surveys}
+    found = [(origin, survey, {"survey": survey, **shown[lot]}) for origin, survey, lot in surveys]
+    return {name: about for origin, survey, about in found for name in (survey, journal_of(origin))}
+
+
+@dataclass(frozen=True, slots=True)
+class FlownBy:
+    """The ``drone`` that sent a survey here, by the name of its token, and the name that its ``journal`` has there."""
+
+    drone: str
+    journal: str
+
+
+def journal_of_survey(connection: Connection, survey_id: str) -> str:
+    """Return the name of a survey's journal, of this store. Raises NotFoundError."""
+    origin = connection.execute(select(SURVEY.c.origin).where(SURVEY.c.id == survey_id)).scalar()
+    if origin is None:
+        raise NotFoundError(_NO_SURVEY)
+    return journal_of(origin)
+
+
+def flown_by(connection: Connection, survey_id: str) -> FlownBy | None:
+    """Return who sent a survey that it had flown; None for a survey of this store, or of pictures.
+
+    Raises NotFoundError.
+    """
+    sent = select(SURVEY.c.origin, SURVEY.c.kind, DOCUMENT.c.writer)
+    joined = sent.outerjoin(DOCUMENT, DOCUMENT.c.survey == SURVEY.c.seq).where(SURVEY.c.id == survey_id)
+    row = connection.execute(joined).first()
+    if row is None:
+        raise NotFoundError(_NO_SURVEY)
+    if row.writer is None or row.kind != SurveyKind.FLOWN:
+        return None
+    return FlownBy(row.writer, journal_of(row.origin, row.writer))
 
 
 def is_stored(connection: Connection, survey_id: str) -> bool:

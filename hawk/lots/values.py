@@ -344,9 +344,12 @@ class FinishedSurvey:
         return f"{self.name} {self.datum.latitude:.9f} {self.datum.longitude:.9f}"
 
 
-def journal_of(origin: str) -> str:
-    """Return the name of the journal of a survey's ``origin``: the surveys of one round share it."""
-    return origin.partition(" ")[0].partition(SHARE)[0]
+def journal_of(origin: str, writer: str = "") -> str:
+    """Return the name of the journal of a survey's ``origin``: the surveys of one round share it.
+
+    ``writer``: name of the drone that sent the survey here; "": it is of this store.
+    """
+    return origin.removeprefix(f"{writer}: ").partition(" ")[0].partition(SHARE)[0]
 
 
 @dataclass(frozen=True, slots=True)

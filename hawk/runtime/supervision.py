@@ -8,7 +8,7 @@ import os
 import threading
 import time
 from collections.abc import Awaitable, Callable, Coroutine
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from hawk.model.operation import Health
 from hawk.model.sentences import say, semicolons
@@ -22,6 +22,24 @@ RECENT_S: Final = 30.0
 HUNG_STATUS: Final = 70
 """Exit status of a program that leaves because it hangs: EX_SOFTWARE of sysexits.h."""
 _WORDS_S: Final = 0.2
+LOOK_S: Final = 0.25
+"""Real seconds between two looks whether work may go on."""
+T = TypeVar("T")
+
+
+async def done_while(may_go_on: Callable[[], bool], work: Coroutine[Any, Any, T]) -> T | None:
+    """Return what work returns; None where it may go on no longer: it is ended within `LOOK_S` then."""
+    task = asyncio.create_task(work)
+    try:
+        while not task.done():
+            if not may_go_on():
+                return None
+            await asyncio.wait([task], timeout=LOOK_S)
+        return task.result()
+    finally:
+        if not task.done():
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
 
 
 class Supervisor:

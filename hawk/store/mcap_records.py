@@ -16,7 +16,7 @@ import lz4.frame
 import zstandard
 from mcap.exceptions import EndOfFile, McapError
 from mcap.opcode import Opcode
-from mcap.records import Chunk
+from mcap.records import Chunk, Footer, Statistics
 from mcap.stream_reader import StreamReader
 
 MOST_CHUNK_BYTES: Final = 64_000_000
@@ -25,12 +25,18 @@ MOST_RECORD_BYTES: Final = 256_000_000
 LEAST_UNPACKED_BYTES: Final = 256_000_000
 MOST_GROWTH: Final = 40
 """Times that all chunks together may be larger than a file of more: JSON of a flight is packed to a tenth."""
+MOST_SUMMARY_BYTES: Final = 16_000_000
+"""Of the section at the end: hawk's has a kilobyte for a topic."""
 _WINDOW_BYTES: Final = 1 << 26
 _MAGIC: Final = b"\x89MCAP0\r\n"
 _HEAD: Final = struct.Struct("<BQ")
 """Of a record: its kind and length."""
 _CHUNK_HEAD: Final = struct.Struct("<QQQ")
 """Of a chunk: its first and last time, and its size unpacked (mcap.dev/spec, op=0x06)."""
+
+
+_FOOTER_BYTES: Final = _HEAD.size + 20 + len(_MAGIC)
+"""Of the footer and the magic behind it (mcap.dev/spec, op=0x02)."""
 
 
 class TooLargeError(McapError):
@@ -57,6 +63,34 @@ def records_of(path: Path) -> Iterator[tuple[Any, int | None]]:
                 yield record, size - reads.left
 
 
+def statistics_of(path: Path) -> Statistics | None:
+    """Return the counts at the end of a file; None where it has none. No chunk is opened.
+
+    Raises OSError, McapError, ValueError and struct.error for one that is damaged, or has a larger summary than any.
+    """
+    size = path.stat().st_size
+    with path.open("rb") as stream:
+        stream.seek(max(0, size - _FOOTER_BYTES))
+        footer = next(_plain_records(stream.read()), None)
+        if not isinstance(footer, Footer) or footer.summary_start == 0:
+            return None
+        length = size - _FOOTER_BYTES - footer.summary_start
+        if not 0 <= length <= MOST_SUMMARY_BYTES:
+            raise TooLargeError(f"its summary has {length / 1e6:,.0f} MB, {MOST_SUMMARY_BYTES / 1e6:.0f} are the most")
+        stream.seek(footer.summary_start)
+        records = _plain_records(stream.read(length))
+    return next((each for each in records if isinstance(each, Statistics)), None)
+
+
+def _plain_records(data: bytes) -> Iterator[Any]:
+    """Yield the records of a piece of a file; chunks stay packed."""
+    reads = _WholeReads(io.BytesIO(data), len(data))
+    try:
+        yield from StreamReader(cast("IO[bytes]", reads), skip_magic=True, emit_chunks=True).records
+    except EndOfFile:
+        return
+
+
 def _check_growth(path: Path, size: int) -> None:
     """Add up what the chunks of a file say that they become. Raises TooLargeError."""
     at, unpacked = len(_MAGIC), 0
@@ -79,14 +113,7 @@ _REMEDY: Final = "name the recording as hawk-drone wrote it, or one that mcap de
 
 
 def _of_chunk(chunk: Chunk) -> Iterator[Any]:
-    data = _unpacked(chunk)
-    reader = StreamReader(
-        cast("IO[bytes]", _WholeReads(io.BytesIO(data), len(data))), skip_magic=True, emit_chunks=True
-    )
-    try:
-        yield from (record for record in reader.records if not isinstance(record, Chunk))
-    except EndOfFile:
-        return
+    yield from (record for record in _plain_records(_unpacked(chunk)) if not isinstance(record, Chunk))
 
 
 def _unpacked(chunk: Chunk) -> bytes:

@@ -283,12 +283,7 @@ class Recording:
     def _open(self) -> None:
         self._folder.mkdir(parents=True, exist_ok=True)
         now = self._utc()
-        stem = now.strftime("%Y%m%dT%H%M%SZ")
-        path = self._folder / f"{stem}.mcap"
-        for number in range(2, 1000):
-            if not path.exists():
-                break
-            path = self._folder / f"{stem}-{number}.mcap"
+        path = self._folder / self.folder.free_name(now.strftime("%Y%m%dT%H%M%SZ"))
         # Imported here, by the thread: the encoder takes a tenth of a second, in which a start in the air must act.
         from hawk.store.recording_file import RecordingFile, start_metadata
 

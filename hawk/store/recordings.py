@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Final
 
 from mcap.exceptions import McapError
-from mcap.reader import make_reader
 
 from hawk.config.sections import StoreSettings
+from hawk.store.mcap_records import statistics_of
 from hawk.store.replay import ZERO_UTC, RecordingError, read_metadata
 
 SUFFIX: Final = ".mcap"
@@ -145,6 +145,11 @@ class Recordings:
         found = self.listed()
         return sum(one.bytes for one in found), sum(one.bytes for one in found if one.is_kept)
 
+    def free_name(self, stem: str) -> str:
+        """Return a name for a new recording that no file has: the stem's, with a number behind it where needed."""
+        numbered = (f"{stem.partition('-')[0]}-{number}{SUFFIX}" for number in range(2, 1000))
+        return next(name for name in (f"{stem}{SUFFIX}", *numbered) if not (self.folder / name).exists())
+
     def _path(self, name: str) -> Path:
         path = self.folder / name
         if NAME.fullmatch(name) is None or not path.is_file():
@@ -244,11 +249,9 @@ def _oldest(found: Sequence[Stored], missing: float) -> list[Stored]:
 def _seconds(path: Path) -> float | None:
     """Return the length by the counts at the end; None where they cannot be read."""
     try:
-        with path.open("rb") as stream:
-            summary = make_reader(stream).get_summary()
+        counted = statistics_of(path)
     except (McapError, OSError, ValueError, struct.error):
         return None
-    counted = None if summary is None else summary.statistics
     return None if counted is None else (counted.message_end_time - counted.message_start_time) / 1e9
 
 

@@ -7,6 +7,7 @@ import os
 import struct
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -196,9 +197,12 @@ def _varint(data: bytes, place: int) -> tuple[int, int]:
             return value, place
 
 
-def read_metadata(path: Path) -> dict[str, str]:
-    """Return seed, configuration, version and start of a recording. Raises RecordingError when it has none."""
-    for record, _ in _records(path):
+def read_metadata(path: Path, most: int | None = None) -> dict[str, str]:
+    """Return seed, configuration, version and start of a recording, from its first ``most`` records.
+
+    Raises RecordingError when it has none.
+    """
+    for record, _ in islice(_records(path), most):
         if isinstance(record, Metadata) and record.name == METADATA:
             return dict(record.metadata)
     raise RecordingError(f"{path}: has no metadata {METADATA!r}")

@@ -30,6 +30,7 @@ from hawk.model.sentences import say
 from hawk.runtime.performance import LagSummary
 from hawk.store.inbox import InboxFolder
 from hawk.store.recording import NoRecordingError
+from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tls import Tls
 from hawk.web.clients import ClientHub
@@ -117,6 +118,8 @@ class WebServices:
     """Documents of surveys are taken from drones."""
     inbox: InboxFolder | None = None
     """Folder that programs fill with pictures; None: none are taken here."""
+    recording_requests: RecordingRequests | None = None
+    """Requests for recordings of surveys that drones sent here; None: no surveys are collected here."""
     due: Callable[[str, str, float | None, float, int], list[datetime]] | None = None
     """Returns when surveys of a lot are due: its id and name, the end of its newest survey, now, both Unix seconds, and
     for how many days. None: there is no schedule.

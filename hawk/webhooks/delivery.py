@@ -8,7 +8,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
@@ -40,7 +40,7 @@ class TryOutcome:
     """Outcome of a try. ``status``: of the answer, 0 without one; ``problem``: why it failed, "" for a yes.
 
     ``said``: the receiver's own words, of a problem as RFC 9457 has it, and ``named``, the field that is wrong.
-    ``data``: the answer, of a yes.
+    ``data``: the answer, of a yes, and its ``headers``.
     """
 
     status: int
@@ -48,6 +48,7 @@ class TryOutcome:
     said: str = ""
     named: str = ""
     data: bytes = field(default=b"", repr=False)
+    headers: Mapping[str, str] = field(default_factory=dict, repr=False)
 
 
 async def tried(
@@ -71,7 +72,7 @@ async def tried(
                 data = await _start_of(answer.content, largest)
                 answer.close()  # whatever more it says
                 if 200 <= answer.status < 300:
-                    return TryOutcome(answer.status, data=data)
+                    return TryOutcome(answer.status, data=data, headers=answer.headers)
                 return TryOutcome(answer.status, _refused(answer, setting), *_said(answer, data))
     except TimeoutError:
         return TryOutcome(0, f"gave no answer within {seconds:g} s")

@@ -1,5 +1,5 @@
 """Sends surveys and lots as documents to the desk that collects them: the newest state first, then the oldest, until it
-has all; then asks for the lots that have changed there.
+has all; then asks for the lots that have changed there, and sends the recordings that the desk asks for.
 
 A document is made of the store when it is sent. The desk commits, and then answers: a program that is killed before it
 notes the answer sends the document again, and gets the same answer. While the desk is not there, the waits grow to a
@@ -12,9 +12,10 @@ import asyncio
 import logging
 import ssl
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from http import HTTPStatus
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal, TypeVar
@@ -29,7 +30,10 @@ from hawk.lots.values import NEWER_FIELD, FormatVersionError, LotStoreError, Not
 from hawk.model.operation import Level
 from hawk.model.sentences import Sentence, say
 from hawk.runtime.late import late
+from hawk.runtime.process import set_niceness
+from hawk.store.recordings import Recordings
 from hawk.webhooks.delivery import WARNED_AT, SenderTimes, TryOutcome, keep_sending, tried
+from hawk.webhooks.recordings import ASKED, LOOKS, PART_S, RecordingSender, Sent
 from hawk.webhooks.sender import target_of
 
 if TYPE_CHECKING:
@@ -56,10 +60,10 @@ else:
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
 CHUNK_BYTES: Final = 1024
-LOOKS: Final = (1, 2, 4, 6)
-"""Intervals of looks between tries while the desk is not there; the last one is that of every later try."""
 LOTS_EVERY: Final = 6
 """Looks between two questions for lots, where nothing is sent."""
+NICENESS: Final = 15
+"""The thread with files steps back: the SHA-256 of a recording takes seconds."""
 PAUSE_S: Final = 0.5
 """Real seconds between two looks whether the drone has landed."""
 TIMES: Final = SenderTimes(try_s=900.0)
@@ -90,10 +94,12 @@ class DocumentSender:
         add_message: Callable[[Level, str, str], object],
         times: SenderTimes = TIMES,
         take_due: Callable[[Sequence[LotDue]], object] = lambda _: None,
+        recordings: Recordings | None = None,
     ) -> None:
         """Take the parts, as those of `hawk.webhooks.sender.WebhookSender`; nothing runs before `run`.
 
-        ``take_due``: takes what is due at the desk, also what it said in an earlier run.
+        ``take_due``: takes what is due at the desk, also what it said in an earlier run. ``recordings``: those of this
+        drone; None: it has none.
         """
         self._store = store
         self._settings = settings
@@ -106,7 +112,10 @@ class DocumentSender:
         self._failed = 0
         self._said: set[str] = set()
         self._next_query = 0.0
-        self._files = ThreadPoolExecutor(1, thread_name_prefix="collect")
+        self._files = ThreadPoolExecutor(
+            1, thread_name_prefix="collect", initializer=set_niceness, initargs=(NICENESS,)
+        )
+        self._recordings = RecordingSender(store, recordings, settings.recordings, is_flown, self._elsewhere, times)
 
     async def run(self) -> None:
         """Send until cancelled; without an address wait for that."""
@@ -125,7 +134,10 @@ class DocumentSender:
             async def send() -> bool:
                 if await self.send_one(session, url):
                     return True
-                return self._failed == 0 and await self.ask_for_lots(session, url)
+                if self._failed:
+                    return False
+                put = partial(self._put_at, session, url)
+                return await self.ask_for_lots(session, url) or await self._recordings.send_one(put)
 
             await keep_sending(f"collect {url.host}", self._may_send, send, self._times.look_s)
 
@@ -151,6 +163,7 @@ class DocumentSender:
                 _LOG.log(logging.WARNING if outcome.problem else logging.DEBUG, "collect %s: lots: %s", url.host,
                          _details(outcome))  # fmt: skip
                 return False
+            self._recordings.ask(outcome.headers.get(ASKED, ""))
             try:
                 returned = await self._store.take_back(outcome.data, asked)
             except FormatVersionError as error:
@@ -245,6 +258,18 @@ class DocumentSender:
         place = SecretUrl(f"{_root(url)}/{packed.address}")
         body = self._paced(packed.data)
         return await tried(session, "PUT", place, self._times.try_s, "collect.url", data=body, headers=headers)
+
+    async def _put_at(
+        self, session: aiohttp.ClientSession, url: SecretUrl, address: str, headers: Mapping[str, str], data: Sent
+    ) -> TryOutcome:  # fmt: skip
+        """Put data of a recording at an address below the API's."""
+        try:
+            token = await self._elsewhere(lambda: _token(self._settings.token_file))
+        except (OSError, ValueError) as error:
+            return TryOutcome(0, f"collect.token_file: {error}")
+        given = {"Authorization": f"Bearer {token}", **headers}
+        place, seconds = SecretUrl(f"{_root(url)}/{address}"), min(self._times.try_s, PART_S)
+        return await tried(session, "PUT", place, seconds, "collect.url", data=data, headers=given)
 
     async def _paced(self, data: bytes) -> AsyncIterator[bytes]:
         """Yield the bytes as fast as they may go: in flight at `collect.kbit_s`, without that after the landing."""

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Final
 
 from hawk.config.secrets import SecretUrl
-from hawk.config.sections import CollectSettings
+from hawk.config.sections import CollectSettings, StoreSettings
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.store import FILE, LotStore
+from hawk.store.recordings import Recordings
 from hawk.webhooks.delivery import SenderTimes
 from hawk.webhooks.documents import DocumentSender
 
@@ -27,9 +28,13 @@ async def send(folder: Path, url: str, count: int) -> None:
     """Send until cancelled."""
     stores = [LotStore(folder / f"{number:02d}" / FILE, find_stalls) for number in range(count)]
     async with asyncio.TaskGroup() as group:
-        for number, store in enumerate(stores):
-            settings = CollectSettings(url=SecretUrl(url), token_file=folder / f"{number:02d}" / TOKEN)
-            sender = DocumentSender(store, settings, time.time, lambda: False, lambda *_: None, TIMES)
+        for store in stores:
+            own = store.path.parent
+            settings = CollectSettings(url=SecretUrl(url), token_file=own / TOKEN, recordings="asked")
+            recordings = Recordings(StoreSettings(directory=own))
+            sender = DocumentSender(
+                store, settings, time.time, lambda: False, lambda *_: None, TIMES, recordings=recordings
+            )
             group.create_task(sender.run())
 
 

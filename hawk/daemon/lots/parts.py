@@ -27,6 +27,7 @@ from hawk.model.lot_map import OccupancyMap
 from hawk.model.operation import Level, StateName
 from hawk.model.plans import Fence
 from hawk.model.poses import GlobalPose
+from hawk.store.recordings import Recordings
 from hawk.webhooks.documents import DocumentSender
 from hawk.webhooks.sender import WebhookSender
 
@@ -56,13 +57,14 @@ class LotParts:
         add_message: Callable[[Level, str, str], object],
         around: Surroundings,
         occupancy: Callable[[], OccupancyMap | None],
+        recordings: Recordings,
         *,
         is_restored: bool,
         full_battery: Callable[[float], Battery],
     ) -> Self:
         """Make them; arguments as those of `LotKeeper`, `KnownLotFollower`, `TourKeeper` and `SectionCounter`.
 
-        ``full_battery``: a full battery at a time, UTC, Unix seconds.
+        ``recordings``: those on this disk. ``full_battery``: a full battery at a time, UTC, Unix seconds.
         """
         store = LotStore(lots_file(config.store.directory, config.store.lots), find_stalls)
         tours = TourKeeper(around)
@@ -76,8 +78,9 @@ class LotParts:
         keeper = LotKeeper(store, landed, add_message, is_restored=is_restored, stored=known.wake)
         webhooks = WebhookSender(store, config.webhooks, time.time, lambda: keeper.is_armed, add_message)
         documents = DocumentSender(
-            store, config.collect, time.time, lambda: keeper.is_armed, add_message, take_due=timetable.take
-        )
+            store, config.collect, time.time, lambda: keeper.is_armed, add_message, take_due=timetable.take,
+            recordings=recordings,
+        )  # fmt: skip
         schedule = Schedule(store, timetable, time.time, lambda: keeper.is_armed, add_message)
         days = DayPlanner(store, config, timetable, day_drone(config, around, full_battery))
         return cls(store, keeper, known, tours, sections, webhooks, documents, timetable, schedule, days)

@@ -21,6 +21,8 @@ class ArrivalKind(StrEnum):
     LOT = "lot"
     FILE = "file"
     """A picture or film for the inbox."""
+    RECORDING = "recording"
+    """A recording of a survey, whole."""
     OTHER = "other"
     """A request for an address that no drone's token opens."""
 
@@ -40,9 +42,9 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """An arrival. ``sender``: name of the token; "": it had none. ``name``: id of the survey or lot, name of the file,
-    method and path of a request. ``state``: of the document. ``reason``: of a refusal, in words.
-    ``times``: with those that were refused unread before it.
+    """An arrival. ``sender``: name of the token; "": it had none. ``name``: id of the lot, or of the survey, of a
+    recording too; name of the file; method and path of a request. ``state``: of the document. ``reason``: of a refusal,
+    in words. ``times``: with those that were refused unread before it.
     """
 
     sender: str
@@ -56,14 +58,14 @@ class Arrival:
 
 
 class ListedArrival(Shown):
-    """Arrival from a drone or a program. `name`: id of the survey or lot, name of the file, method and path of another
-    request; empty for what was erased.
+    """Arrival from a drone or a program. `name`: id of the lot, or of the survey, of a recording too; name of the file;
+    method and path of another request; empty for what was erased.
     """
 
     seq: Annotated[int, Field(description="number in the order of arrival")]
     at: Utc
     sender: Annotated[str, Field(description="name of the drone's token; empty: no token that is known")]
-    kind: Literal["survey", "lot", "file", "other"]
+    kind: Literal["survey", "lot", "file", "recording", "other"]
     name: str
     lot: Id | None
     state: Annotated[int | None, Field(description="of the document; null: it was not read")]

@@ -86,6 +86,8 @@ async def _note_refusal(request: web.Request, status: int, words: str) -> None:
         kind, name = ArrivalKind.OTHER, _shown(f"{request.method} {request.rel_url.raw_path}")
     elif found["file"] is not None:
         kind, name = ArrivalKind.FILE, file_name(request)
+    elif found["survey"] is not None:
+        kind, name = ArrivalKind.RECORDING, found["survey"]
     else:
         kind, name = ArrivalKind(found["kind"]), found["id"]
     lot = name if kind is ArrivalKind.LOT else None

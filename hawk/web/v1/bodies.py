@@ -14,6 +14,7 @@ from hawk.lots.answers import Count, Next, Shown, SpokenSentence, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE
 from hawk.web.v1.parameters import Id
+from hawk.web.v1.unknown import PATTERNS
 
 Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME)]
 Why = Annotated[str, Field(max_length=LONGEST_NAME, description="reason of the change")]
@@ -162,6 +163,57 @@ class Deleted(Shown):
     deleted: bool
 
 
+class AskRecordings(Given):
+    """Question for the recordings of a survey to the drone that sent it; false takes it back."""
+
+    ask: bool
+
+
+class RecordingsOfSurvey(Shown):
+    """Recordings of a survey that a drone sent. `drone`: its name; null: no drone has flown it and sent it here.
+    `received` of `bytes` are here; `problem`: why no more comes now.
+    """
+
+    survey: Id
+    drone: str | None
+    state: Annotated[
+        Literal["none", "asked", "coming", "here", "never", "gone"],
+        Field(description="never: the drone's settings forbid it; gone: the drone has none of it"),
+    ]
+    received: Count
+    bytes: Count | None
+    problem: str
+
+
+class OfferedFile(Given):
+    """A recording on a drone: name of its file, and size."""
+
+    name: Annotated[str, Field(pattern=f"^{PATTERNS['name']}$")]
+    bytes: Annotated[int, Field(ge=1, le=2**53)]
+
+
+class RecordingOffer(Given):
+    """Recordings that a drone has of a survey. `answer`: never, its settings forbid to give them; gone, it has none."""
+
+    recordings: Annotated[list[OfferedFile], Field(max_length=100)] = []
+    answer: Literal["", "never", "gone"] = ""
+
+
+class RecordingState(Shown):
+    """A recording of which `received` of `bytes` are here: the next part begins there."""
+
+    name: str
+    received: Count
+    bytes: Count
+
+
+class OfferState(Shown):
+    """Recordings of a survey that a drone offered."""
+
+    survey: Id
+    recordings: list[RecordingState]
+
+
 class Problem(Shown):
     """Refusal of a request (RFC 9457): `detail` says what is wrong and the remedy, `field` names the value."""
 
@@ -286,8 +338,8 @@ class RecordedLot(Shown):
 
 
 class Recording(Shown):
-    """A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor
-    for its age at `keep_end`.
+    """A recording on this disk. `began` by the clock of the surveys; `drone`: name of the one that sent it here;
+    `keep`: it is never removed for room, nor for its age at `keep_end`.
     """
 
     name: str
@@ -296,6 +348,7 @@ class Recording(Shown):
     seconds: float | None
     survey: str | None
     lot: RecordedLot | None
+    drone: str | None
     keep: bool
     keep_end: Utc | None
     under_way: bool

@@ -79,7 +79,7 @@ def poster(model: type[Given], work: Work, for_operators: str = FOR_OPERATORS, l
     async def handle(request: web.Request) -> web.StreamResponse:
         check_operator(request, for_operators)
         query_of(request, Query)
-        body = await _body_of(request, model)
+        body = await body_of(request, model)
         async with in_time(late):
             return changed(await work(request, body))
 
@@ -103,7 +103,7 @@ def person_of(request: web.Request) -> str:
     return "" if access is None else access.person
 
 
-async def _body_of(request: web.Request, model: type[Given]) -> Body:
+async def body_of(request: web.Request, model: type[Given]) -> Body:
     """Return the JSON object that was sent, which the model takes; none is an empty one.
 
     Raises LotInputError, HTTPRequestTimeout, HTTPRequestEntityTooLarge.

@@ -11,6 +11,7 @@ import math
 import re
 from collections.abc import AsyncIterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from aiohttp import hdrs, web
@@ -26,6 +27,7 @@ from hawk.web.services import SERVICES
 from hawk.web.v1.answers import BUSY, answered, due_of, in_time, opened
 from hawk.web.v1.bodies import LotState, SurveyState
 from hawk.web.v1.changes import UNSURE, changed
+from hawk.web.v1.incoming import write_away
 from hawk.web.v1.parameters import ChangedLots, Query, query_of
 from hawk.web.v1.unknown import PATTERNS, ROOT
 
@@ -41,7 +43,7 @@ _LOG = logging.getLogger(__name__)
 GZIP: Final = "application/gzip"
 
 FOR_DRONES_ALONE: Final = (
-    "A drone's token sends surveys and lots of this drone, and pictures, and reads lots: nothing else."
+    "A drone's token sends surveys, lots and recordings of this drone, and pictures, and reads lots: nothing else."
 )
 FOR_DRONES: Final = (
     "This address is for drones and programs: send the token of one, "
@@ -58,9 +60,13 @@ REFUSED: Final = web.AppKey("refused_arrivals", TokenGuesses)
 """Documents, files and requests of each drone that were refused for what they are; each makes the next one wait."""
 MOST_SENT: Final = 8
 """Documents and files that are received at once; a document takes 32 MB of memory at most."""
+ASKED: Final = "Hawk-Recordings"
+"""Header: ids of surveys whose recordings the desk asks the drone of the token for."""
+MOST_ASKED: Final = 16
 _READ: Final = re.compile(f"{ROOT}/lots(/(?!.*/shares$).*)?")
 _WRITTEN: Final = re.compile(
-    f"{ROOT}/(?:(?P<kind>survey|lot)s/(?P<id>{PATTERNS['id']})/document|inbox/(?P<file>[^/]+))"
+    f"{ROOT}/(?:(?P<kind>survey|lot)s/(?P<id>{PATTERNS['id']})/document|inbox/(?P<file>[^/]+)"
+    f"|surveys/(?P<survey>{PATTERNS['id']})/recordings(?:/{PATTERNS['name']})?)"
 )
 
 
@@ -88,7 +94,9 @@ def is_for_drones(request: web.Request) -> bool:
 
 
 def sent(request: web.Request) -> re.Match[str] | None:
-    """Return the ``kind`` and ``id``, or the ``file``, of an address by which drones send; None for another one."""
+    """Return the ``kind`` and ``id``, or the ``file``, or the ``survey`` of recordings, of an address by which drones
+    send; None for another one.
+    """
     return _WRITTEN.fullmatch(request.path) if request.method == hdrs.METH_PUT else None
 
 
@@ -131,7 +139,11 @@ async def changed_lots(request: web.Request) -> web.StreamResponse:
 
     async with in_time(BUSY):
         data = await store.read(work, FILE_S)
-    return web.Response(body=data, content_type=GZIP, headers={hdrs.CACHE_CONTROL: "no-store"})
+    headers: dict[str, str] = {hdrs.CACHE_CONTROL: "no-store"}
+    requests = request.app[SERVICES].recording_requests
+    if drone and requests is not None and (asked := await write_away(request, partial(requests.waiting, drone))):
+        headers[ASKED] = ", ".join(asked[:MOST_ASKED])
+    return web.Response(body=data, content_type=GZIP, headers=headers)
 
 
 @contextlib.asynccontextmanager
@@ -149,10 +161,10 @@ async def _sent_document(request: web.Request, drone: str) -> AsyncIterator[tupl
 
 
 @contextlib.asynccontextmanager
-async def sending(request: web.Request, drone: str) -> AsyncIterator[None]:
-    """Let a drone send one document or file at a time. Raises HTTPServiceUnavailable."""
+async def sending(request: web.Request, drone: str, most: int = MOST_SENT) -> AsyncIterator[None]:
+    """Let a drone send one document or file at a time, beside fewer than ``most``. Raises HTTPServiceUnavailable."""
     senders = request.app[_SENDERS].names
-    if drone in senders or len(senders) >= MOST_SENT:
+    if drone in senders or len(senders) >= most:
         raise web.HTTPServiceUnavailable(text=ONE_AT_A_TIME, headers={hdrs.RETRY_AFTER: "5"})
     senders.add(drone)
     try:

@@ -22,6 +22,7 @@ from aiohttp import hdrs, web
 
 from hawk.formats import box
 from hawk.replay.film import READER, PackedFilm, Piece
+from hawk.runtime.supervision import done_while
 from hawk.store.recordings import Recordings
 from hawk.web.downloads import FILES, is_on_ground
 from hawk.web.services import SERVICES
@@ -36,8 +37,6 @@ KEPT: Final = 2
 """Films that are kept: those of two people."""
 KEPT_S: Final = 600.0
 """Real seconds after which a film that nobody asks for is forgotten."""
-LOOK_S: Final = 0.25
-"""Real seconds between two looks at the motors while a recording is read: arming ends it."""
 LIMITS: Final = box.Limits(memory_bytes=1_000_000_000, cpu_s=1_800, longest_s=3_600.0)
 """A minute of flight takes half a second: a day of it is read."""
 CACHING: Final = "private, max-age=3600"
@@ -132,17 +131,10 @@ async def read_on_ground(is_down: Callable[[], bool], path: Path, beside: Path) 
 
     Raises RefusedError in flight, box.RefusedError.
     """
-    reading = asyncio.create_task(box.read_apart(READER, b"", {"recording": str(path), "beside": str(beside)}, LIMITS))
-    try:
-        while not reading.done():
-            if not is_down():
-                raise RefusedError(web.HTTPConflict.status_code, *FLYING)
-            await asyncio.wait([reading], timeout=LOOK_S)
-        return PackedFilm(await reading)
-    finally:
-        if not reading.done():
-            reading.cancel()
-            await asyncio.gather(reading, return_exceptions=True)
+    reading = box.read_apart(READER, b"", {"recording": str(path), "beside": str(beside)}, LIMITS)
+    if (found := await done_while(is_down, reading)) is None:
+        raise RefusedError(web.HTTPConflict.status_code, *FLYING)
+    return PackedFilm(found)
 
 
 @answered

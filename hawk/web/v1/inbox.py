@@ -7,10 +7,8 @@ whole and on the disk.
 from __future__ import annotations
 
 import asyncio
-import errno
 import logging
-from collections.abc import AsyncIterator, Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from functools import partial
 from http import HTTPStatus
 from typing import Annotated, Final, TypeVar
@@ -19,13 +17,14 @@ from aiohttp import web
 from pydantic import Field
 
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
-from hawk.store.inbox import FileWriter, InboxFolder, InboxFullError, NameTakenError, name_fault
+from hawk.store.inbox import InboxFolder, InboxFullError, NameTakenError, name_fault
 from hawk.web.services import SERVICES
 from hawk.web.v1 import arrivals
 from hawk.web.v1.answers import answered
 from hawk.web.v1.bodies import InboxFile
 from hawk.web.v1.changes import changed
 from hawk.web.v1.documents import checked_drone, sending
+from hawk.web.v1.incoming import FULL, receive, write_away
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.refusals import RefusedError
 
@@ -35,11 +34,6 @@ NOT_HERE: Final = (
     "No pictures are taken here: name the folder in inbox.folder of a desk's settings, and start it again."
 )
 NO_LENGTH: Final = "Content-Length: send the size of the file, as curl -T does: the inbox keeps room for it first."
-SILENCE_S: Final = 60.0
-"""Real seconds without a byte after which a file is given up."""
-CHUNK_BYTES: Final = 256 * 1024
-_WRITER: Final = web.AppKey("inbox_writer", ThreadPoolExecutor)
-_FULL: Final = frozenset((errno.ENOSPC, errno.EDQUOT))
 T = TypeVar("T")
 
 
@@ -49,11 +43,6 @@ class InboxPlace(Query):
     flight: Annotated[
         str | None, Field(max_length=200, description="folder of its flight; without it the inbox itself")
     ] = None
-
-
-def prepare(app: web.Application) -> None:
-    """Make the thread that writes."""
-    app.cleanup_ctx.append(_writer)
 
 
 @answered
@@ -71,7 +60,7 @@ async def put(request: web.Request) -> web.StreamResponse:
     async with sending(request, sender):
         incoming = await _on_disk(request, partial(folder.begin, flight or "", name, size))
         try:
-            await _receive(request, incoming)
+            await receive(request, lambda chunk: _on_disk(request, partial(incoming.write, chunk)))
             is_new = await _on_disk(request, incoming.finish)
         finally:  # also of a lost connection; a file that is whole stays
             await asyncio.shield(_on_disk(request, incoming.drop))
@@ -95,37 +84,18 @@ def _size(request: web.Request, folder: InboxFolder) -> int:
     return size
 
 
-async def _receive(request: web.Request, incoming: FileWriter) -> None:
-    """Write what comes. Raises HTTPRequestTimeout, RefusedError, and those of a lost connection."""
-    clock = asyncio.get_running_loop().time
-    try:
-        async with asyncio.timeout(SILENCE_S) as limit:
-            async for chunk in request.content.iter_chunked(CHUNK_BYTES):
-                limit.reschedule(None)
-                await _on_disk(request, partial(incoming.write, chunk))
-                limit.reschedule(clock() + SILENCE_S)
-    except TimeoutError:
-        raise web.HTTPRequestTimeout(text="The file did not come.") from None
-
-
 async def _on_disk(request: web.Request, work: Callable[[], T]) -> T:
     """Return what the thread that writes did. Raises RefusedError."""
     try:
-        return await asyncio.get_running_loop().run_in_executor(request.app[_WRITER], work)
+        return await write_away(request, work)
     except NameTakenError as error:
         words = f"{error} is in the inbox with other contents: name the flight of this one, as ?flight=monday-2"
         raise RefusedError(HTTPStatus.CONFLICT, "flight", words) from error
     except InboxFullError as error:
         raise RefusedError(HTTPStatus.INSUFFICIENT_STORAGE, "", str(error)) from error
     except OSError as error:
-        if error.errno in _FULL:
+        if error.errno in FULL:
             words = "The disk of the inbox is full: make room there, then send the file again."
             raise RefusedError(HTTPStatus.INSUFFICIENT_STORAGE, "", words) from error
         words = f"The inbox cannot be written: {error.strerror or error}. See that hawk may write in inbox.folder."
         raise RefusedError(HTTPStatus.CONFLICT, "", words) from error
-
-
-async def _writer(app: web.Application) -> AsyncIterator[None]:
-    with ThreadPoolExecutor(1, thread_name_prefix="web-inbox") as executor:
-        app[_WRITER] = executor
-        yield

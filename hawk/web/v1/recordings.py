@@ -21,6 +21,7 @@ from hawk.web.services import SERVICES
 from hawk.web.v1.answers import Answer, answered, in_time, made
 from hawk.web.v1.bodies import Deleted, Kept, RecordedLot, Recording, RecordingList
 from hawk.web.v1.changes import Body
+from hawk.web.v1.incoming import write_away
 from hawk.web.v1.parameters import Listed, Query, query_of
 from hawk.web.v1.refusals import RefusedError, check_operator
 
@@ -85,8 +86,15 @@ async def _rows_of(request: web.Request) -> list[Recording]:
         return found
 
     found = await _run(request, read)
-    lots = await _lots(request)
-    return [_row(one, contents, lots.get(contents.survey), folder.ends(one)) for one, contents in found]
+    lots, requests = await _lots(request), request.app[SERVICES].recording_requests
+    origins = {} if requests is None else await write_away(request, requests.origins)
+
+    def row(one: Stored, contents: Contents) -> Recording:
+        origin = origins.get(one.name)
+        lot = lots.get(contents.survey if origin is None else origin.survey)
+        return _row(one, contents, lot, folder.ends(one), None if origin is None else origin.drone)
+
+    return [row(one, contents) for one, contents in found]
 
 
 def _check_on_ground(request: web.Request) -> None:
@@ -107,7 +115,9 @@ async def _run(request: web.Request, work: Callable[[], T]) -> T:
 
 
 async def _lots(request: web.Request) -> Mapping[str, Mapping[str, str]]:
-    """Return id and name of the lot of each stored survey, by the survey's name; nothing where the store is shut."""
+    """Return id and name of the lot of each stored survey, by its id and its journal; nothing where the store is
+    shut.
+    """
     store = request.app[SERVICES].lots
     if store is None:
         return {}
@@ -120,7 +130,9 @@ async def _lots(request: web.Request) -> Mapping[str, Mapping[str, str]]:
         return {}
 
 
-def _row(one: Stored, contents: Contents, lot: Mapping[str, str] | None, ends: float | None) -> Recording:
+def _row(
+    one: Stored, contents: Contents, lot: Mapping[str, str] | None, ends: float | None, drone: str | None
+) -> Recording:  # fmt: skip
     return Recording(
         name=one.name,
         bytes=one.bytes,
@@ -128,6 +140,7 @@ def _row(one: Stored, contents: Contents, lot: Mapping[str, str] | None, ends: f
         seconds=None if contents.seconds is None else round(contents.seconds, 1),
         survey=contents.survey or None,
         lot=None if lot is None else RecordedLot.model_validate(lot),
+        drone=drone,
         keep=one.is_kept,
         keep_end=_utc(ends),
         under_way=one.is_under_way,

@@ -32,6 +32,7 @@ from hawk.web.v1 import (
     links,
     parameters,
     plan_files,
+    recording_requests,
     recordings,
     reports,
 )
@@ -273,6 +274,18 @@ _RECORDINGS: Final = (
               RECORDINGS, films.picture, None, content_types=("image/jpeg",)),
     Operation("GET", "/recordings/{name}/film/maps/{number}", "film_map", "Stalls of a recording as they were known "
               "at a time", RECORDINGS, films.recorded_map, None, content_types=(GEOJSON,)),
+    Operation("GET", "/surveys/{id}/recordings", "recordings_of_survey", "How far the recordings of a survey that a "
+              "drone sent are at this desk", RECORDINGS, recording_requests.read, bodies.RecordingsOfSurvey),
+    _post("/surveys/{id}/recordings/ask", "ask_recordings", "Ask the drone that sent a survey for its recordings, "
+          "or take that back", RECORDINGS, recording_requests.ask, bodies.AskRecordings, bodies.RecordingsOfSurvey,
+          recording_requests.FOR_OPERATORS),
+    Operation("PUT", "/surveys/{id}/recordings", "offer_recordings", "Say which recordings of a survey the drone has; "
+              f"the header `{documents.ASKED}` of changed lots names the surveys that are asked for", RECORDINGS,
+              recording_requests.offer, bodies.OfferState, body=bodies.RecordingOffer, for_drones=True),
+    Operation("PUT", "/surveys/{id}/recordings/{name}", "put_recording_part", "Send a part of a recording: "
+              "`Content-Range` says which (RFC 9110, 14.5), `Repr-Digest` has the SHA-256 of the whole (RFC 9530); 409 "
+              "where another part comes next, 507 without room", RECORDINGS, recording_requests.put_part,
+              bodies.RecordingState, takes_file=True, for_drones=True),
     _post("/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away", RECORDINGS,
           recordings.keep, bodies.Keep, bodies.Kept, recordings.FOR_OPERATORS),
     _post("/recordings/{name}/delete", "delete_recording", "Delete a recording, while no drone flies", RECORDINGS,

@@ -47,6 +47,7 @@ WORDS: Final[Mapping[str, str]] = {
     "/shares": f"there is no link with this id; GET {ROOT}/lots/{{id}}/shares lists those of a lot",
     "/shared": "this link has ended, or was taken back; ask for another one",
     "/recordings": f"there is no recording with this name; GET {ROOT}/recordings lists them",
+    "/surveys/{id}/recordings": "must be the name of a recording, as 20260504T103000Z.mcap",
     "/recordings/{name}/film/pictures": f"{_NUMBER}; GET {ROOT}/recordings/{{name}}/film lists the pictures",
     "/recordings/{name}/film/maps": f"{_NUMBER}; GET {ROOT}/recordings/{{name}}/film lists the maps",
     "/lots/import": f"there is no preview with this id; POST {ROOT}/lots/import makes one",

@@ -73,6 +73,7 @@ SETTINGS: dict[str, tuple[str, ...]] = {
     "webhooks.secret": ("", "short", "whsec_" + "%" * 24),
     "collect.url": ("desk.example", "ftp://x.example", "https://", "http://x.example"),
     "collect.lots": NO_WORD,
+    "collect.recordings": NO_WORD,
     "log.level": ("", "loud"),
 }
 """Those that are neither numbers nor paths nor true or false."""

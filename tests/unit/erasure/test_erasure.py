@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import hashlib
 import io
 import shutil
 import sqlite3
@@ -25,13 +26,15 @@ from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.poses import GlobalPose
-from hawk.store.recordings import MARK
+from hawk.store.recording_requests import OfferedRecording, Part, RecordingRequests
+from hawk.store.recordings import MARK, Recordings
 from hawk.store.replay import METADATA
 from hawk.store.store_lock import FILE as RUNNING
 from hawk.store.store_lock import held_store
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, box, later, survey
 from tests.unit.lots.test_training_set import mosaic
+from tests.unit.store.recorded import recorded
 
 NAME, OTHER_NAME = "Behind the cinema", "Somewhere else"
 FAR = GlobalPose(52.05, 5.0, 0.0)
@@ -391,3 +394,27 @@ def test_the_command_names_what_it_cannot_do(kept: Kept, capsys: pytest.CaptureF
 
 def _interrupted(*_: object) -> bool:
     raise KeyboardInterrupt
+
+
+def test_of_a_survey_that_a_drone_sent_the_recordings_that_were_asked_for_go_too(kept: Kept) -> None:
+    folder, drone, name = Recordings(kept.settings), "Drone 1", "20260510T103000Z.mcap"
+    requests = RecordingRequests(folder, kept.settings)
+    data = recorded(kept.folder / "r", "000009-of-the-drone", words="seen by the camera")
+    for number, offered in enumerate((name, name.replace("T10", "T11"))):
+        requests.ask(kept.surveys[number], drone, "000009-of-the-drone", 1.0)
+        requests.offer(kept.surveys[number], drone, "", [OfferedRecording(offered, len(data))])
+        part = Part(0, len(data) - number, len(data), hashlib.sha256(data).hexdigest())
+        writer = requests.begin(kept.surveys[number], drone, offered, part)
+        assert writer is not None
+        writer.write(data[: part.end])
+        writer.close()
+        requests.finish(kept.surveys[number], writer.coming)
+    (kept.folder / "r").unlink()
+    for survey_id in kept.surveys[:2]:
+        assert b"seen by the camera" in b"".join(each.read_bytes() for each in files_below(folder.folder))
+        erase(kept.settings, lot=None, survey=survey_id)
+    assert b"seen by the camera" not in b"".join(each.read_bytes() for each in files_below(folder.folder))
+
+
+def files_below(folder: Path) -> list[Path]:
+    return [path for path in sorted(folder.rglob("*")) if path.is_file()]

@@ -29,6 +29,7 @@ from hawk.model.pictures import AnnotatedFrame
 from hawk.runtime.performance import LagSummary
 from hawk.store.inbox import InboxFolder
 from hawk.store.recording import NoRecordingError
+from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tls import Tls
 from hawk.web.app import Page, create_app
@@ -96,6 +97,8 @@ class Rig:
     wall: ManualClock = field(default_factory=lambda: ManualClock(1.8e9))
     newest_recording: Callable[[], Path] = _no_recording
     recordings: Recordings | None = None
+    recording_requests: RecordingRequests | None = None
+    free: int = 10**12
     read_area: Callable[[bytes, str], str] = _no_area
     never: asyncio.Event = field(default_factory=asyncio.Event)
 
@@ -138,6 +141,7 @@ class Rig:
             settings=settings(Config(web=self.web), reference_text()),
             newest_recording=lambda: self.newest_recording(),
             recordings=self.recordings,
+            recording_requests=self.recording_requests,
             read_area=lambda data, kind: self.read_area(data, kind),
         )
 

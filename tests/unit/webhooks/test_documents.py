@@ -2,9 +2,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator, Callable, Sequence
-from contextlib import asynccontextmanager
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -16,102 +14,19 @@ from pydantic import ValidationError
 from sqlalchemy import Connection, func, select
 
 from hawk.config.sections import CollectSettings
-from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands, outbox
 from hawk.lots.documents import parts
 from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.plan import edits
-from hawk.lots.schema import DELIVERY, DOCUMENT, LOT, OUTBOX, SURVEY
-from hawk.lots.storage.states import KINDS
-from hawk.lots.store import LotStore
+from hawk.lots.schema import DELIVERY, DOCUMENT, SURVEY
 from hawk.lots.survey.pictures import pictures_of
 from hawk.model.lot_map import EncodedTile
 from hawk.web.access.tokens import TOKEN_FILE, rotate_drone
-from hawk.webhooks.delivery import SenderTimes
-from hawk.webhooks.documents import DocumentSender
 from tests.unit.comm.waiting import until
-from tests.unit.lots.documents.drones import Drone, days, tile
+from tests.unit.lots.documents.drones import days, tile
 from tests.unit.lots.documents.tables import tables
 from tests.unit.lots.surveys import later, survey
-from tests.unit.web.rig import Rig
-from tests.unit.web.stand import Stand
-
-ONE = "Drone 1"
-
-
-@dataclass
-class Line:
-    """A drone with its store, a desk that collects, and the line between both."""
-
-    drone: Drone
-    store: LotStore
-    centre: LotStore
-    folder: Path
-    url: str
-    moments: list[datetime]
-    """When surveys of Lot 1 are due at the desk."""
-    is_flown: bool = False
-    said: list[tuple[str, str]] = field(default_factory=list)
-
-    def sender(
-        self, url: str = "", kbit_s: int = 0, take_due: Callable[[Sequence[LotDue]], object] = lambda _: None
-    ) -> DocumentSender:
-        settings = CollectSettings(url=url or self.url, token_file=self.folder / "token", kbit_s=kbit_s)
-        return DocumentSender(
-            self.store, settings, time.time, lambda: self.is_flown,
-            lambda level, text, details: self.said.append((text, details)), SenderTimes(look_s=0.01, try_s=20.0),
-            take_due,
-        )  # fmt: skip
-
-    async def waiting(self) -> int:
-        """Return how many states the desk has not got."""
-        sent = select(DELIVERY.c.message).where(DELIVERY.c.sent.is_not(None))
-        asked = select(func.count()).select_from(OUTBOX).where(OUTBOX.c.kind.in_(KINDS), OUTBOX.c.seq.not_in(sent))
-        return int(await self.store.read(lambda c: c.execute(asked).scalar_one()))
-
-    async def is_received(self) -> None:
-        """Wait until the desk has everything."""
-        async with asyncio.timeout(15):
-            while await self.waiting():  # noqa: ASYNC110 - another thread writes it
-                await asyncio.sleep(0.01)
-
-    async def names(self) -> list[str]:
-        """Return the names of the drone's lots."""
-        return list(await self.store.read(lambda c: c.execute(select(LOT.c.name)).scalars().all()))
-
-    async def surveys(self) -> list[str]:
-        found = await self.centre.read(lambda c: c.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().all())
-        return [str(each) for each in found]
-
-
-@asynccontextmanager
-async def running(sender: DocumentSender) -> AsyncIterator[None]:
-    task = asyncio.create_task(sender.run())
-    try:
-        yield
-    finally:
-        task.cancel()
-        await asyncio.gather(task, return_exceptions=True)
-
-
-@pytest.fixture
-async def line(tmp_path: Path) -> AsyncIterator[Line]:
-    desk, rig = tmp_path / "desk", Rig()
-    centre = rig.lots = LotStore(desk / "lots.db", find_stalls)
-    rig.collects, rig.folder = True, desk
-    moments: list[datetime] = []
-    rig.due = lambda _, name, *__: moments if name == "Lot 1" else []
-    stand = Stand(rig, desk)
-    (tmp_path / "token").write_text(rotate_drone(desk / TOKEN_FILE, ONE) + "\n")
-    server = await rig.start()
-    path = tmp_path / "drone" / "lots.db"
-    drone, store = Drone.at(path), LotStore(path)
-    yield Line(drone, store, centre, tmp_path, str(server.make_url("/")), moments)
-    await stand.close()
-    await server.close()
-    await store.close()
-    await centre.close()
-    drone.store.close()
+from tests.unit.webhooks.lines import ONE, Line, running
 
 
 @pytest.mark.slow

@@ -34,9 +34,9 @@ from tests.unit.lots.documents.exchange import meet, send
 from tests.unit.lots.documents.tables import tables
 from tests.unit.lots.plan.plans import FAST
 from tests.unit.lots.surveys import survey
-from tests.unit.webhooks.test_documents import Line, edited, line, running
+from tests.unit.webhooks.lines import Line, running
+from tests.unit.webhooks.test_documents import edited
 
-__all__ = ["line"]
 Tables = dict[str, list[str]]
 HOUR_S = 3600.0
 WEATHER = "rain"

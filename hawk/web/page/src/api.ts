@@ -430,12 +430,12 @@ export interface LeftOutFeature {
   reason: string;
 }
 
-/** Arrival from a drone or a program. `name`: id of the survey or lot, name of the file, method and path of another request; empty for what was erased. */
+/** Arrival from a drone or a program. `name`: id of the lot, or of the survey, of a recording too; name of the file; method and path of another request; empty for what was erased. */
 export interface ListedArrival {
   seq: number;
   at: string;
   sender: string;
-  kind: "survey" | "lot" | "file" | "other";
+  kind: "survey" | "lot" | "file" | "recording" | "other";
   name: string;
   lot: string | null;
   state: number | null;
@@ -582,6 +582,12 @@ export interface Observation {
 export interface ObservationList {
   next: string | null;
   items: Observation[];
+}
+
+/** Recordings of a survey that a drone offered. */
+export interface OfferState {
+  survey: string;
+  recordings: RecordingState[];
 }
 
 /** An open edit. `undo`, `redo`: operations that can be undone, done again. */
@@ -782,7 +788,7 @@ export interface RecordedLot {
   survey: string;
 }
 
-/** A recording on the drone's disk. `began` by the clock of the surveys; `keep`: it is never removed for room, nor for its age at `keep_end`. */
+/** A recording on this disk. `began` by the clock of the surveys; `drone`: name of the one that sent it here; `keep`: it is never removed for room, nor for its age at `keep_end`. */
 export interface Recording {
   name: string;
   bytes: number;
@@ -790,6 +796,7 @@ export interface Recording {
   seconds: number | null;
   survey: string | null;
   lot: RecordedLot | null;
+  drone: string | null;
   keep: boolean;
   keep_end: string | null;
   under_way: boolean;
@@ -799,6 +806,23 @@ export interface Recording {
 export interface RecordingList {
   items: Recording[];
   next: string | null;
+}
+
+/** A recording of which `received` of `bytes` are here: the next part begins there. */
+export interface RecordingState {
+  name: string;
+  received: number;
+  bytes: number;
+}
+
+/** Recordings of a survey that a drone sent. `drone`: its name; null: no drone has flown it and sent it here. `received` of `bytes` are here; `problem`: why no more comes now. */
+export interface RecordingsOfSurvey {
+  survey: string;
+  drone: string | null;
+  state: "none" | "asked" | "coming" | "here" | "never" | "gone";
+  received: number;
+  bytes: number | null;
+  problem: string;
 }
 
 /** A label of the file that another stall keeps, or a name that another section keeps, and the one in its place. */

@@ -53,7 +53,7 @@ const STORED = surveyMap(stall("a", "A 1", 0, "free"), stall("b", "A 2", 3, "tak
 const RECORDED = [stall("1", "", 0.2, "free"), stall("2", "", 3.1, "taken")];
 
 function recording(name: string, more: Partial<Recording> = {}): Recording {
-  return { name, bytes: 186e6, began: "2026-05-04T14:30:00Z", seconds: 100, survey: "000001-x", lot: { id: LOT, name: "Market", time_zone: "America/Toronto", survey: SURVEY }, keep: false, keep_end: "2026-06-03T14:30:00Z", under_way: false, ...more };
+  return { name, bytes: 186e6, began: "2026-05-04T14:30:00Z", seconds: 100, survey: "000001-x", lot: { id: LOT, name: "Market", time_zone: "America/Toronto", survey: SURVEY }, drone: null, keep: false, keep_end: "2026-06-03T14:30:00Z", under_way: false, ...more };
 }
 
 describe("a film", () => {

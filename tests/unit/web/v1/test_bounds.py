@@ -31,7 +31,8 @@ UNKNOWN: Final = "f" * 36
 REFUSED: Final = {
     "merge", "split", "move_survey", "preview_lot", "begin_lot", "due_rounds", "day_plan", "arrivals", "put_document",
     "put_lot_document", "changed_lots", "put_picture", "recordings", "recording", "film", "film_picture", "film_map",
-    "keep_recording", "delete_recording",
+    "keep_recording", "delete_recording", "recordings_of_survey", "ask_recordings", "offer_recordings",
+    "put_recording_part",
 }  # fmt: skip
 """Operations that no role for some lots may do. Whoever adds one says its bound, or names it here."""
 NAMED: Final = (Bound.LOT, Bound.SURVEY, Bound.STALL, Bound.SHARE, Bound.CHANGE)

@@ -100,6 +100,7 @@ async def test_a_drones_token_opens_documents_and_lots_and_nothing_else(centre: 
             async with session.post(centre.url(path), data=b"{}") as answer:
                 assert answer.status == 403, path
     written = {("PUT", "/surveys/{id}/document"), ("PUT", "/lots/{id}/document"), ("PUT", "/inbox/{file}")}
+    written |= {("PUT", "/surveys/{id}/recordings"), ("PUT", "/surveys/{id}/recordings/{name}")}
     assert written < opened
     assert opened - written == {
         (each.method, each.path) for each in OPERATIONS if each.method == "GET" and each.path.startswith("/lots")

@@ -18,10 +18,9 @@ from hawk.config.sections import StoreSettings
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.time_zone import zone_of_lot
-from hawk.store.recording_file import RecordingFile, start_metadata
 from hawk.store.recordings import Recordings, Stored
-from hawk.store.ring_buffer import Item
 from tests.unit.lots.surveys import survey
+from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
 
@@ -61,14 +60,6 @@ class Folder:
         self.stand.rig.publish(DroneStatus(vehicle=VehicleStatus(armed=True)))
 
 
-def recorded(path: Path, survey_name: str, **more: str) -> None:
-    head = start_metadata({"survey": survey_name, **more}, datetime(2026, 5, 1, 10, tzinfo=UTC), 10.0)
-    file = RecordingFile(path.open("wb"), head, dict)
-    for seconds in (20, 95):
-        file.write(Item("tick", {}, "json", seconds * 1_000_000_000, 1))
-    file.close()
-
-
 @pytest.fixture
 async def folder(tmp_path: Path, rig: Rig) -> AsyncIterator[Folder]:
     path = tmp_path / "recordings"
@@ -97,6 +88,7 @@ async def test_everybody_sees_recordings_with_size_lot_length_and_mark(folder: F
         "seconds": 75.0,
         "survey": "000001-day",
         "lot": {"id": saved.lot, "name": "Lot 1", "time_zone": zone, "survey": saved.survey},
+        "drone": None,
         "keep": False,
         "keep_end": None,
         "under_way": False,

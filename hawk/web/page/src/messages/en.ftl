@@ -1764,6 +1764,15 @@ archive-link-open = Made { $made }, ends { $ends }
 archive-link-shut = Made { $made }, shut
 archive-take-back = Take back
 
+asked-recordings-ask = Ask for the recording
+asked-recordings-take-back = Ask no more
+# $drone: name of the drone that flew the survey
+asked-recordings-asked = { $drone } is asked for the recording. It sends it from the ground.
+# $received, $size: sizes as 3.2 MB
+asked-recordings-coming = { $received } of { $size } of the recording are here. { $drone } sends it from the ground.
+asked-recordings-never = { $drone } gives no recordings: its settings forbid it (collect.recordings).
+asked-recordings-gone = { $drone } has no recording of this survey.
+
 ## A recorded flight
 
 film = Film of the flight
@@ -1863,4 +1872,5 @@ arrivals-times = × { $times }
 arrivals-kind-survey = Survey
 arrivals-kind-lot = Lot
 arrivals-kind-file = File
+arrivals-kind-recording = Recording
 arrivals-kind-other = Request

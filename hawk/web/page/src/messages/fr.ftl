@@ -1741,6 +1741,13 @@ archive-link-open = Créé le { $made }, finit le { $ends }
 archive-link-shut = Créé le { $made }, fermé
 archive-take-back = Reprendre
 
+asked-recordings-ask = Demander l'enregistrement
+asked-recordings-take-back = Ne plus demander
+asked-recordings-asked = L'enregistrement est demandé à { $drone }, qui l'envoie au sol.
+asked-recordings-coming = { $received } sur { $size } de l'enregistrement sont arrivés. { $drone } l'envoie au sol.
+asked-recordings-never = { $drone } ne donne aucun enregistrement : ses réglages l'interdisent (collect.recordings).
+asked-recordings-gone = { $drone } n'a aucun enregistrement de ce relevé.
+
 ## Un vol enregistré
 
 film = Film du vol
@@ -1843,4 +1850,5 @@ arrivals-times = × { $times }
 arrivals-kind-survey = Relevé
 arrivals-kind-lot = Parking
 arrivals-kind-file = Fichier
+arrivals-kind-recording = Enregistrement
 arrivals-kind-other = Requête

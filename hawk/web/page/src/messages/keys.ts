@@ -1142,6 +1142,12 @@ export interface Messages {
   "archive-link-open": { made: string | number; ends: string | number };
   "archive-link-shut": { made: string | number };
   "archive-take-back": Record<string, never>;
+  "asked-recordings-ask": Record<string, never>;
+  "asked-recordings-take-back": Record<string, never>;
+  "asked-recordings-asked": { drone: string | number };
+  "asked-recordings-coming": { received: string | number; size: string | number; drone: string | number };
+  "asked-recordings-never": { drone: string | number };
+  "asked-recordings-gone": { drone: string | number };
   "film": Record<string, never>;
   "film-not-live": Record<string, never>;
   "film-all": Record<string, never>;
@@ -1218,5 +1224,6 @@ export interface Messages {
   "arrivals-kind-survey": Record<string, never>;
   "arrivals-kind-lot": Record<string, never>;
   "arrivals-kind-file": Record<string, never>;
+  "arrivals-kind-recording": Record<string, never>;
   "arrivals-kind-other": Record<string, never>;
 }

@@ -68,7 +68,7 @@ export class ArrivalsView extends LitElement {
   }
 
   private row({ at, sender, kind, name, lot, outcome, reason, times }: ListedArrival): TemplateResult {
-    const named = kind === "survey" || kind === "lot" ? name.slice(0, 8) : name;
+    const named = kind === "survey" || kind === "lot" || kind === "recording" ? name.slice(0, 8) : name;
     const lotName = this.lots.find(({ id }) => id === lot)?.name ?? lot?.slice(0, 8) ?? "–";
     const often = times > 1 ? ` ${say("arrivals-times", { times: number(times) })}` : "";
     return html`<tr><th scope="row">${moment(at)}</th><td data-column=${say("arrivals-sender")}>${sender === "" ? say("arrivals-unknown") : sender}</td>

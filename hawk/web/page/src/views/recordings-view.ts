@@ -1,4 +1,4 @@
-import { html, type TemplateResult } from "lit";
+import { html, nothing, type TemplateResult } from "lit";
 import { customElement, property } from "lit/decorators.js";
 import type { Recording } from "../api.ts";
 import { API, post, readAll } from "../link/api.ts";
@@ -36,7 +36,7 @@ export class RecordingsView extends View {
 
   private row(row: Recording): TemplateResult {
     const when = row.began === null ? row.name : moment(row.began, row.lot?.time_zone ?? this.zone);
-    return html`<tr><th scope="row">${row.under_way ? when : html`<button class="plain link" aria-label=${say("film-watch", { when })} @click=${() => this.go({ recording: row.name, t: "" })}>${when}</button>`}</th><td>${row.lot?.name ?? "–"}</td>
+    return html`<tr><th scope="row">${row.under_way ? when : html`<button class="plain link" aria-label=${say("film-watch", { when })} @click=${() => this.go({ recording: row.name, t: "" })}>${when}</button>`}</th><td>${row.lot?.name ?? "–"}${row.drone === null ? nothing : html` <span class="sub">${row.drone}</span>`}</td>
       <td>${row.seconds === null ? "–" : longDuration(row.seconds)}</td><td>${bytes(row.bytes)}</td>
       <td data-column=${say("archive-keep")}><input type="checkbox" .checked=${row.keep} ?disabled=${!this.mayChange} aria-label=${say("archive-keep-of", { when })} @change=${(event: Event) => void this.keep(row, (event.target as HTMLInputElement).checked)} /></td>
       <td>${row.under_way ? say("archive-under-way") : this.mayChange ? this.actions(row, when) : "–"}</td></tr>`;

@@ -10,6 +10,7 @@ import { language, number, say } from "../words/say.ts";
 import { byRow, inOrder } from "./compare-words.ts";
 import { moment, share } from "./figures.ts";
 import { type Period, recordingsOf } from "./link.ts";
+import "./asked-recordings.ts";
 import "./changes-list.ts";
 import { sectionsTable } from "../ui/sections-table.ts";
 import { parkedInAll, parkedWords } from "../words/section.ts";
@@ -46,7 +47,7 @@ export class SurveysView extends View {
     this.shown.ask(`${lot} ${survey}`, () => this.source.onMap(survey));
     const isThere = !this.about.waiting || this.about.value === null; // it may be the one that was just deleted
     if (isThere) this.sections.ask(`${lot} ${survey} ${this.revision}`, () => this.source.sections(survey));
-    this.films.ask(lot, () => this.source.recordings());
+    this.films.ask(`${lot} ${this.revision}`, () => this.source.recordings());
   }
 
   override connectedCallback(): void {
@@ -154,6 +155,7 @@ export class SurveysView extends View {
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[sourceOf(row), say("archive-program", { program: row.program })].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
+        ${this.mayChange && !this.source.isShared ? html`<archive-asked-recordings survey=${row.id} .revision=${this.revision}></archive-asked-recordings>` : nothing}
         ${this.mayChange ? this.actions(row) : nothing}${this.changes(this.about.value?.clock ?? "UTC")}
       </section>`}`;
   }

@@ -1,0 +1,427 @@
+"""Requests at a desk for the recordings of surveys that drones have sent, and what has come of them.
+
+A request is a folder in that of the recordings, ``requests/ID`` by the survey's id: the request itself, and the part of
+each recording that is here, which grows. Files and no rows: what grows is a file in any case, and lies beside what is
+written of it. A program that is killed leaves both as they were. A whole recording, whose digest is right, lies among
+the others, and the request names it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import logging
+import os
+import shutil
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Literal
+
+from pydantic import TypeAdapter, ValidationError
+
+from hawk.config.sections import StoreSettings
+from hawk.runtime.files import sync_folder, write_atomically
+from hawk.store.recordings import NAME, SUFFIX, Recordings
+from hawk.store.replay import RecordingError, read_metadata
+
+if TYPE_CHECKING:
+    from hashlib import _Hash
+
+_LOG = logging.getLogger(__name__)
+
+MOST_RECORDINGS: Final = 100
+"""Recordings of one survey: its landings, between which batteries are changed."""
+HEAD_RECORDS: Final = 8
+"""First records of a file among which its metadata must be: hawk writes it second."""
+_FILE: Final = "request.json"
+_PART: Final = ".part"
+
+Answer = Literal["", "never", "gone"]
+"""Answer of a drone: it gives them, its settings forbid that, it has none."""
+State = Literal["none", "asked", "coming", "here", "never", "gone"]
+Cause = Literal["unasked", "other", "place", "wrong", "full"]
+"""Causes of a refusal: nobody asked for it, another drone was asked, another part comes next, it is not what it says
+it is, there is no room."""
+
+
+class PartRefusedError(Exception):
+    """Refusal of what a drone sent of a recording; the text says why, with the remedy."""
+
+    def __init__(self, cause: Cause, named: str, reason: str) -> None:
+        super().__init__(f"{named}: {reason}")
+        self.cause = cause
+        self.named = named
+        self.reason = reason
+
+
+@dataclass(frozen=True, slots=True)
+class OfferedRecording:
+    """A recording on a drone: ``name`` of the file there, and its ``bytes``."""
+
+    name: str
+    bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class ComingRecording:
+    """A recording that is to come. ``digest``: SHA-256 as hex, "" before its first part."""
+
+    name: str
+    bytes: int
+    digest: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WholeRecording:
+    """A recording that is here. ``name``: on the drone; ``file``: its name here."""
+
+    name: str
+    file: str
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingRequest:
+    """A request. ``survey``: id; ``drone``: name of the token that sent it; ``journal``: name that its recordings have
+    of the survey; ``asked_at``: UTC, Unix seconds. ``coming`` is None before the drone has said what it has.
+    ``problem``: why nothing comes now, in words.
+    """
+
+    survey: str
+    drone: str
+    journal: str
+    asked_at: float
+    answer: Answer = ""
+    coming: tuple[ComingRecording, ...] | None = None
+    whole: tuple[WholeRecording, ...] = ()
+    problem: str = ""
+
+    @property
+    def is_waiting(self) -> bool:
+        """True while the drone has something to send, or has not answered."""
+        return not self.answer and self.coming != ()
+
+    def missing(self) -> int:
+        """Return the bytes of the recordings that are not whole here."""
+        return sum(each.bytes for each in self.coming or ()) if self.is_waiting else 0
+
+
+@dataclass(frozen=True, slots=True)
+class RequestProgress:
+    """Progress of a request: ``received`` of ``bytes`` are here. ``bytes`` is None before the drone has said it."""
+
+    state: State
+    received: int = 0
+    bytes: int | None = None
+    problem: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Bytes of a recording: from ``start`` up to before ``end``, of ``size``. ``digest``: SHA-256 of the whole, hex."""
+
+    start: int
+    end: int
+    size: int
+    digest: str
+
+
+_REQUEST: Final = TypeAdapter(RecordingRequest)
+NOTHING: Final = RequestProgress("none")
+
+
+class RecordingRequests:
+    """The requests of a desk. One thread uses it."""
+
+    def __init__(
+        self,
+        recordings: Recordings,
+        settings: StoreSettings,
+        free: Callable[[Path], int] = lambda folder: shutil.disk_usage(folder).free,
+    ) -> None:
+        """Nothing is read yet. ``free``: bytes left on the disk of a folder."""
+        self._recordings = recordings
+        self._folder = recordings.folder / "requests"
+        self._most_bytes = int(settings.recordings_gb * 1e9)
+        self._least_free = settings.minimum_free_mb * 1_000_000
+        self._free = free
+        self._hashes: dict[Path, tuple[int, _Hash]] = {}
+        self._read: dict[str, RecordingRequest] | None = None
+
+    def ask(self, survey: str, drone: str, journal: str, now: float) -> None:
+        """Ask a drone for the recordings of a survey; one that waits or is here stays as it is. Raises OSError."""
+        known = self._known().get(survey)
+        if known is None:
+            self._keep(RecordingRequest(survey, drone, journal, now))
+        elif self.progress(survey).state not in ("asked", "coming", "here"):
+            there = tuple(each for each in known.whole if self._is_there(each))
+            self._keep(RecordingRequest(survey, drone, journal, now, whole=there))
+
+    def take_back(self, survey: str) -> None:
+        """End a request; what is whole stays, the rest goes. Raises OSError."""
+        known = self._known().get(survey)
+        if known is None:
+            return
+        if not known.whole:
+            shutil.rmtree(self._folder / survey)
+            del self._known()[survey]
+            return
+        self._keep(replace(known, coming=(), problem=""))
+        self._drop_parts(survey, ())
+
+    def progress(self, survey: str) -> RequestProgress:
+        """Return how far a survey's request is. Raises OSError."""
+        known = self._known().get(survey)
+        if known is None:
+            return NOTHING
+        sizes = [(self._recordings.folder / each.file).stat().st_size for each in known.whole if self._is_there(each)]
+        if known.is_waiting:
+            if known.coming is None:
+                return RequestProgress("asked", problem=known.problem)
+            received = sum(self._received(survey, each) for each in known.coming)
+            return RequestProgress("coming", sum(sizes) + received, sum(sizes) + known.missing(), known.problem)
+        if sizes:
+            return RequestProgress("here", sum(sizes), sum(sizes))
+        return RequestProgress(known.answer) if known.answer else NOTHING
+
+    def waiting(self, drone: str) -> list[str]:
+        """Return the surveys whose recordings a drone is asked for, the one that was asked first at the beginning.
+
+        Raises OSError.
+        """
+        found = [each for each in self._known().values() if each.drone == drone and each.is_waiting]
+        return [each.survey for each in sorted(found, key=lambda each: (each.asked_at, each.survey))]
+
+    def origins(self) -> Mapping[str, RecordingRequest]:
+        """Return the request of each recording that came, by the name that it has here. Raises OSError."""
+        return {whole.file: each for each in self._known().values() for whole in each.whole}
+
+    def offer(
+        self, survey: str, drone: str, answer: Answer, offered: Sequence[OfferedRecording]
+    ) -> dict[str, int]:  # fmt: skip
+        """Take in what a drone has of a survey; return how many bytes of each are here, by its name.
+
+        Raises PartRefusedError and OSError.
+        """
+        known = self._asked(survey, drone)
+        if answer or not offered:
+            self._keep(replace(known, answer=answer or "gone", coming=(), problem=""))
+            self._drop_parts(survey, ())
+            return {}
+        here = {each.name for each in known.whole}
+        former = {(each.name, each.bytes): each for each in known.coming or ()}
+        for one in offered:
+            if NAME.fullmatch(one.name) is None or one.bytes < 1:
+                words = "must be a name of a recording, as 20260504T103000Z.mcap, with its size"
+                raise PartRefusedError("wrong", "recordings", words)
+        new = [each for each in offered if each.name not in here]
+        coming = tuple(former.get((each.name, each.bytes), ComingRecording(each.name, each.bytes)) for each in new)
+        changed = replace(known, coming=coming, problem="")
+        try:
+            self._check_room(changed)
+        except PartRefusedError as error:
+            self._keep(replace(known, problem=error.reason))
+            raise
+        if changed != known:
+            self._keep(changed)
+            self._drop_parts(survey, [each.name for each in coming])
+        left = {each.name: self._received(survey, each) for each in coming}
+        return {each.name: left.get(each.name, each.bytes) for each in offered}
+
+    def begin(self, survey: str, drone: str, name: str, part: Part) -> PartWriter | None:
+        """Return what writes a part; None for one that is here already. Raises PartRefusedError and OSError."""
+        known = self._asked(survey, drone)
+        if any(each.name == name for each in known.whole):
+            return None
+        coming = next((each for each in known.coming or () if each.name == name), None)
+        if coming is None:
+            raise PartRefusedError("unasked", "name", "was not offered: say first which recordings there are")
+        if part.size != coming.bytes or not 0 <= part.start < part.end <= part.size:
+            words = f"must lie in the {coming.bytes} bytes that were offered, as bytes 0-99/{coming.bytes}"
+            raise PartRefusedError("wrong", "Content-Range", words)
+        path = self._part_of(survey, name)
+        if part.digest != coming.digest:
+            if part.start > 0:
+                raise PartRefusedError("place", "Repr-Digest", "is that of another file than before: begin at byte 0")
+            path.unlink(missing_ok=True)
+            self._hashes.pop(path, None)
+            coming = replace(coming, digest=part.digest)
+            self._keep(_with(known, coming))
+        received = self._received(survey, coming)
+        if part.end <= received:
+            return None
+        if part.start != received:
+            words = f"begins at byte {part.start}, and byte {received} comes next: send from there"
+            raise PartRefusedError("place", "Content-Range", words)
+        if self._free(self._recordings.folder) - (part.end - part.start) < self._least_free:
+            raise PartRefusedError("full", "", self._no_room())
+        return PartWriter(self, survey, coming, path, received)
+
+    def finish(self, survey: str, coming: ComingRecording) -> bool:
+        """Give a recording its place among the others, once all parts are here; return whether they are.
+
+        Raises OSError, and PartRefusedError for a file that is not what it says it is; it is removed then.
+        """
+        path, known = self._part_of(survey, coming.name), self._known().get(survey)
+        if known is None or self._received(survey, coming) < coming.bytes:
+            return False
+        try:
+            self._check_whole(path, known, coming)
+        except PartRefusedError:
+            path.unlink(missing_ok=True)
+            self._keep(_with(known, replace(coming, digest="")))
+            raise
+        file = self._recordings.free_name(coming.name.removesuffix(SUFFIX))
+        left = tuple(each for each in known.coming or () if each.name != coming.name)
+        whole = WholeRecording(coming.name, file)
+        self._keep(replace(known, coming=left, whole=(*known.whole, whole)))
+        self._settle(survey, whole)
+        return True
+
+    def hash_of(self, path: Path, received: int) -> _Hash | None:
+        """Return the digest of what is here of a recording; None where this program has not written all of it."""
+        at, found = self._hashes.pop(path, (0, hashlib.sha256()))
+        return found if at == received else None
+
+    def keep_hash(self, path: Path, received: int, found: _Hash) -> None:
+        """Keep the digest of what is here of a recording for its next part."""
+        self._hashes[path] = received, found
+
+    def files_of(self, surveys: Iterable[str]) -> tuple[list[Path], list[Path]]:
+        """Return the whole recordings that came of some surveys, and the folders of their requests. Raises OSError."""
+        found = [each for survey in surveys if (each := self._known().get(survey)) is not None]
+        whole = [self._recordings.folder / one.file for each in found for one in each.whole if self._is_there(one)]
+        return whole, [self._folder / each for each in surveys if (self._folder / each).is_dir()]
+
+    # --- inside ----------------------------------------------------------------------------------------------------
+
+    def _asked(self, survey: str, drone: str) -> RecordingRequest:
+        known = self._known().get(survey)
+        if known is None or not known.is_waiting:
+            raise PartRefusedError("unasked", "survey", "nobody asks for its recordings: send none")
+        if known.drone != drone:
+            words = "this survey is another's: a drone sends recordings of its own surveys alone"
+            raise PartRefusedError("other", "survey", words)
+        return known
+
+    def _check_room(self, request: RecordingRequest) -> None:
+        wanted, taken = request.missing(), self._recordings.taken()[0]
+        others = sum(each.missing() for each in self._known().values() if each.survey != request.survey)
+        if taken + others + wanted > self._most_bytes:
+            words = (
+                f"The desk holds {_gb(taken)} GB of recordings, {_gb(others)} GB are to come, and these are "
+                f"{_gb(wanted)} GB; its limit is {_gb(self._most_bytes)} GB: delete some there, or raise "
+                "store.recordings_gb"
+            )
+            raise PartRefusedError("full", "", words)
+        rest = wanted - sum(self._received(request.survey, each) for each in request.coming or ())
+        if self._free(self._recordings.folder) - rest < self._least_free:
+            raise PartRefusedError("full", "", self._no_room())
+
+    def _no_room(self) -> str:
+        return f"The desk's disk is full ({self._recordings.folder}): make room there; it is tried again"
+
+    def _check_whole(self, path: Path, request: RecordingRequest, coming: ComingRecording) -> None:
+        kept = self.hash_of(path, coming.bytes)
+        digest = _digest_of(path) if kept is None else kept.hexdigest()
+        if digest != coming.digest:
+            words = "is not that of the bytes that came: they are dropped; send the recording again"
+            raise PartRefusedError("wrong", "Repr-Digest", words)
+        try:
+            named = read_metadata(path, HEAD_RECORDS).get("survey", "")
+        except RecordingError as error:
+            raise PartRefusedError("wrong", "name", "is no recording of hawk: nothing of it is kept") from error
+        if named != request.journal:
+            raise PartRefusedError("wrong", "name", "is the recording of another survey: nothing of it is kept")
+
+    def _received(self, survey: str, coming: ComingRecording) -> int:
+        if not coming.digest:
+            return 0
+        try:
+            return self._part_of(survey, coming.name).stat().st_size
+        except FileNotFoundError:
+            return 0
+
+    def _is_there(self, whole: WholeRecording) -> bool:
+        return (self._recordings.folder / whole.file).is_file()
+
+    def _known(self) -> dict[str, RecordingRequest]:
+        """Return the requests, by the survey's id. One that is damaged is left out: a person asks again."""
+        if self._read is None:
+            found = {}
+            for path in sorted(self._folder.glob(f"*/{_FILE}")):
+                try:
+                    found[path.parent.name] = each = _REQUEST.validate_json(path.read_bytes())
+                except ValidationError as error:
+                    _LOG.warning("%s is damaged: %s", path, error)
+                    continue
+                for whole in each.whole:  # a kill came between the note and the name
+                    if self._part_of(each.survey, whole.name).exists():
+                        self._settle(each.survey, whole)
+            self._read = found
+        return self._read
+
+    def _keep(self, request: RecordingRequest) -> None:
+        write_atomically(self._folder / request.survey / _FILE, _REQUEST.dump_json(request).decode())
+        self._known()[request.survey] = request
+
+    def _drop_parts(self, survey: str, names: Collection[str]) -> None:
+        """Remove the parts of a survey but those of some recordings."""
+        for path in (self._folder / survey).glob(f"*{_PART}"):
+            if path.name.removesuffix(_PART) not in names:
+                path.unlink()
+
+    def _settle(self, survey: str, whole: WholeRecording) -> None:
+        self._part_of(survey, whole.name).replace(self._recordings.folder / whole.file)
+        sync_folder(self._recordings.folder)
+
+    def _part_of(self, survey: str, name: str) -> Path:
+        return self._folder / survey / f"{name}{_PART}"
+
+
+class PartWriter:
+    """A part that is being written; `close` ends it, and what came stays."""
+
+    def __init__(
+        self, requests: RecordingRequests, survey: str, coming: ComingRecording, path: Path, received: int
+    ) -> None:  # fmt: skip
+        """``path``: file that it is added to, which has ``received`` bytes. Raises OSError."""
+        self.survey = survey
+        self.coming = coming
+        self.received = received
+        self._path = path
+        self._requests = requests
+        self._file = path.open("ab")
+        self._hash = requests.hash_of(path, received)
+
+    def write(self, data: bytes) -> None:
+        """Add the next bytes. Raises OSError."""
+        self._file.write(data)
+        self.received += len(data)
+        if self._hash is not None:
+            self._hash.update(data)
+
+    def close(self) -> None:
+        """Put what came on the disk. Raises OSError."""
+        if self._file.closed:
+            return
+        try:
+            self._file.flush()
+            os.fsync(self._file.fileno())
+        finally:
+            self._file.close()
+        if self._hash is not None:
+            self._requests.keep_hash(self._path, self.received, self._hash)
+
+
+def _with(request: RecordingRequest, changed: ComingRecording) -> RecordingRequest:
+    found = (changed if each.name == changed.name else each for each in request.coming or ())
+    return replace(request, coming=tuple(found))
+
+
+def _digest_of(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _gb(size: int) -> str:
+    return f"{size / 1e9:.3g}"

@@ -1,0 +1,114 @@
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hawk.config.sections import StoreSettings
+from hawk.store.recording_requests import OfferedRecording, Part, PartRefusedError, RecordingRequests
+from hawk.store.recordings import Recordings
+from tests.unit.store.recorded import recorded
+
+SURVEY, DRONE, JOURNAL, NAME = "00000000-0000-4000-8000-000000000001", "Drone 1", "000001-day", "20260501T100000Z.mcap"
+STEP = 700
+
+
+class Desk:
+    """The requests of a desk, whose program can be killed."""
+
+    def __init__(self, folder: Path) -> None:
+        self.settings = StoreSettings(directory=folder)
+        self.recordings = Recordings(self.settings)
+        self.kill()
+
+    def kill(self) -> None:
+        """Start again with what is on the disk."""
+        self.requests = RecordingRequests(self.recordings, self.settings)
+
+    def put(self, data: bytes, start: int, end: int, torn: bool = False) -> str:
+        """Send a part, or the first half of it; return why it was refused."""
+        part = Part(start, end, len(data), hashlib.sha256(data).hexdigest())
+        try:
+            writer = self.requests.begin(SURVEY, DRONE, NAME, part)
+            if writer is not None:
+                writer.write(data[start : (start + end) // 2 if torn else end])
+                writer.close()
+                self.requests.finish(SURVEY, writer.coming)
+        except PartRefusedError as error:
+            return error.cause
+        return ""
+
+    def files(self) -> dict[str, bytes]:
+        found = [path for path in self.recordings.folder.rglob("*") if path.is_file() and path.suffix != ".json"]
+        return {path.name: path.read_bytes() for path in found}
+
+
+ACTS = st.one_of(
+    st.tuples(st.just("put"), st.integers(0, 8), st.integers(1, 3)),
+    st.tuples(st.just("torn"), st.integers(0, 8), st.integers(1, 3)),
+    st.tuples(st.just("kill"), st.just(0), st.just(0)),
+    st.tuples(st.just("offer"), st.just(0), st.just(0)),
+)
+
+
+@given(acts=st.lists(ACTS, max_size=30))
+def test_parts_in_any_order_doubled_torn_and_killed_give_the_file_or_its_beginning(
+    acts: list[tuple[str, int, int]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("desk")
+    data = recorded(folder / "r.mcap", JOURNAL, range(20), "x" * 100)
+    desk, offered = Desk(folder), [OfferedRecording(NAME, len(data))]
+    desk.requests.ask(SURVEY, DRONE, JOURNAL, 1.0)
+    desk.requests.offer(SURVEY, DRONE, "", offered)
+    for act, first, count in acts:
+        start, end = first * STEP, min((first + count) * STEP, len(data))
+        if act == "kill":
+            desk.kill()
+        elif act == "offer" and NAME not in desk.files():
+            desk.requests.offer(SURVEY, DRONE, "", offered)
+        elif act in ("put", "torn") and start < end:
+            desk.put(data, start, end, act == "torn")
+        for found in desk.files().values():
+            assert data.startswith(found)
+    while (received := desk.requests.progress(SURVEY).received) < len(data):
+        assert desk.put(data, received, min(received + STEP, len(data))) == ""
+    assert desk.files() == {NAME: data}
+    assert desk.requests.progress(SURVEY).state == "here"
+
+
+def test_a_kill_between_the_note_and_the_name_of_a_whole_recording_loses_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, desk = recorded(tmp_path / "r.mcap", JOURNAL), Desk(tmp_path)
+    desk.requests.ask(SURVEY, DRONE, JOURNAL, 1.0)
+    desk.requests.offer(SURVEY, DRONE, "", [OfferedRecording(NAME, len(data))])
+    with monkeypatch.context() as killed:
+        killed.setattr(RecordingRequests, "_settle", lambda *_: None)
+        desk.put(data, 0, len(data))
+    desk.kill()
+    assert desk.requests.progress(SURVEY).state == "here"
+    assert desk.files() == {NAME: data}
+    assert desk.requests.origins()[NAME].survey == SURVEY
+
+
+def test_what_is_erased_names_the_recordings_that_came_and_a_later_request_forgets_no_earlier_one(
+    tmp_path: Path,
+) -> None:
+    data, desk = recorded(tmp_path / "r.mcap", JOURNAL), Desk(tmp_path)
+    second = NAME.replace("T10", "T11")
+    desk.requests.ask(SURVEY, DRONE, JOURNAL, 1.0)
+    desk.requests.offer(SURVEY, DRONE, "", [OfferedRecording(NAME, len(data)), OfferedRecording(second, 10**6)])
+    desk.put(data, 0, len(data))
+    desk.requests.offer(SURVEY, DRONE, "never", [])
+    desk.requests.take_back(SURVEY)
+    desk.recordings.delete(NAME)
+    desk.requests.ask(SURVEY, DRONE, JOURNAL, 2.0)
+    assert desk.requests.waiting(DRONE) == [SURVEY]
+    desk.requests.offer(SURVEY, DRONE, "", [OfferedRecording(NAME, len(data))])
+    desk.put(data, 0, len(data))
+    whole, folders = desk.requests.files_of([SURVEY])
+    assert [path.name for path in whole] == [NAME]
+    assert [path.name for path in folders] == [SURVEY]
