@@ -2,7 +2,7 @@
 
 The copies have their own ids, places and numbers, as if the lots were surveyed in turn: the first surveys of all lots,
 then the second ones. Triggers and the index of the looks at a stall are made again behind the rows; what the triggers
-note is written, too: the looks in one piece, digests, states.
+note is written, too: the looks in one piece, digests, states, newest surveys.
 """
 
 from __future__ import annotations
@@ -43,9 +43,12 @@ _SURVEYED: Final = {
     "observation": 2,
     "looks": 1,
     "outbox": 1,
+    "newest": 1,
 }
 """Tables that are copied, in the order of their references. 2: survey by survey, so that no row is sorted."""
-_SURVEYS: Final = (("survey", "seq"), ("observation", "survey"), ("looks", "survey"), ("stall", "first_survey"))
+_SURVEYS: Final = (
+    ("survey", "seq"), ("observation", "survey"), ("looks", "survey"), ("stall", "first_survey"), ("newest", "survey"),
+)  # fmt: skip
 _STALLS: Final = (("stall", "key"), ("observation", "stall"))
 _LOTS_A_ROW: Final = 100
 _APART_DEG: Final = 0.01
@@ -135,7 +138,7 @@ def _value(table: str, column: str, lots: int, stalls: int) -> str:
         return f"(o.{column} - 1) * {lots} + n + 1"
     if (table, column) in _STALLS:
         return f"o.{column} + n * {stalls}"
-    if column in ("id", "lot") or (table, column) in (("outbox", "body"), ("survey", "candidates")):
+    if column in ("id", "lot", "survey_id") or (table, column) in (("outbox", "body"), ("survey", "candidates")):
         return f"bench_own_text(n, o.{column})"
     if column in ("outline", "seen_ground"):
         return f"bench_outline(n, o.{column})"
@@ -171,7 +174,7 @@ def _moved(given: str | bytes, datum: tuple[float, float], place: tuple[float, f
 
 def _seal(store: sqlite3.Connection) -> None:
     """Store the digests of all parts."""
-    for kind, key in (("lot", "id"), ("outbox", "seq"), ("survey", "seq")):
+    for kind, key in (("lot", "id"), ("outbox", "seq"), ("survey", "seq"), ("newest", "lot")):
         asked = selections(store, kind)
         rows = store.execute(f"SELECT {key} FROM main.{kind} ORDER BY {key}")  # noqa: S608 - our own words
         while some := rows.fetchmany(_AT_ONCE):

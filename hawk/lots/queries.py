@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import Column, ColumnElement, Connection, RowMapping, func, select, true
+from sqlalchemy import Connection, RowMapping, select
 from sqlalchemy import Row as SqlRow
 
 from hawk.lots import change_log
@@ -29,11 +29,12 @@ from hawk.lots.registration.survey_place import (
     move_of,
 )
 from hawk.lots.rows import Row, is_among, readable, row_of
-from hawk.lots.schema import CHANGE, DOCUMENT, LOT, SECTION, STALL, SURVEY
+from hawk.lots.schema import CHANGE, DOCUMENT, LOT, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of, found_by
-from hawk.lots.survey.order import is_sure, last_of, ordered_at
+from hawk.lots.survey.newest import COUNTS, newest_of
+from hawk.lots.survey.order import is_sure
 from hawk.lots.survey.source import SOURCE_COLUMNS, SurveyKind, source_json
 from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import (
@@ -55,6 +56,7 @@ SURVEY_SHOWN: Final = (
     _WRITER.label("drone"),
 )  # fmt: skip
 """Columns of a survey that are shown."""
+_AMONG_SURVEYS: Final = select(*SURVEY_SHOWN).where(is_among(SURVEY.c.seq))
 
 
 _NO_SURVEY: Final = "survey: there is no survey with this id; reload the list"
@@ -176,32 +178,20 @@ def never_due(*_: object) -> None:
 
 def listed_lots(connection: Connection, rows: Sequence[_Shown], due: NextDue = never_due) -> list[ListedLot]:
     """Return lots of the table with their numbers of stalls, sections and surveys, and the newest survey of each."""
-    among = {"among": json.dumps([row["id"] for row in rows])}
-    surveys = _numbers(connection, SURVEY.c.lot, true(), among)
-    stalls = _numbers(connection, STALL.c.lot, STALL.c.ends.is_(None), among)
-    sections = _numbers(connection, SECTION.c.lot, SECTION.c.ends.is_(None), among)
-    last = select(last_of(LOT.c.id)).where(is_among(LOT.c.id))
-    asked = select(*SURVEY_SHOWN, ordered_at().label("taken_at")).where(SURVEY.c.seq.in_(last))
-    last_rows = connection.execute(asked, among).mappings().all()
-    newest = {survey.lot: survey for survey in surveys_of(connection, last_rows)}
-    taken = {row["lot"]: row["taken_at"] for row in last_rows}
+    newest = newest_of(connection, [row["id"] for row in rows])
+    counts = {each.survey: {name: getattr(each, name) for name in COUNTS} for each in newest.values()}
+    shown = connection.execute(_AMONG_SURVEYS, {"among": json.dumps([*counts])}).mappings().all()
+    pairs = ((row, counts[row["seq"]]) for row in shown)
+    surveys = {survey.lot: survey for survey in readable(_survey_of, pairs)}
     zones = time_zones_of(connection, rows)
+    numbered = [(row, zone, newest[row["id"]]) for row, zone in zip(rows, zones, strict=True)]
     return [
         ListedLot(
-            id=row["id"], name=row["name"], time_zone=zone, stalls=stalls.get(row["id"], 0),
-            sections=sections.get(row["id"], 0), survey_count=surveys.get(row["id"], 0),
-            last_survey=newest.get(row["id"]), due=due(row["id"], row["name"], taken.get(row["id"])),
+            id=row["id"], name=row["name"], time_zone=zone, stalls=of.stalls, sections=of.sections,
+            survey_count=of.surveys, last_survey=surveys.get(row["id"]), due=due(row["id"], row["name"], of.taken_at),
         )
-        for row, zone in zip(rows, zones, strict=True)
+        for row, zone, of in numbered
     ]  # fmt: skip
-
-
-def _numbers(
-    connection: Connection, lot: Column[str], counts: ColumnElement[bool], among: Mapping[str, str]
-) -> dict[str, int]:
-    """Return how many rows of a table lots have: those that count."""
-    asked = select(lot, func.count()).where(is_among(lot), counts).group_by(lot)
-    return {name: count for name, count in connection.execute(asked, among)}  # noqa: C416 - rows are no pairs to mypy
 
 
 def whole_lot(connection: Connection, row: _Shown, due: NextDue = never_due) -> Lot:
@@ -216,8 +206,12 @@ def whole_lot(connection: Connection, row: _Shown, due: NextDue = never_due) -> 
 
 def surveys_of(connection: Connection, rows: Sequence[_Shown]) -> list[Survey]:
     """Return surveys, rows of `SURVEY_SHOWN`, each with its counts and the lots that it may be of."""
-    pairs = zip(rows, counts_of(connection, rows), strict=True)
-    return readable(lambda pair: Survey(**_survey_values(pair[0]) | pair[1]), pairs)
+    return readable(_survey_of, zip(rows, counts_of(connection, rows), strict=True))
+
+
+def _survey_of(counted: tuple[_Shown, Mapping[str, Any]]) -> Survey:
+    row, counts = counted
+    return Survey(**{**_survey_values(row), **counts})
 
 
 def _survey_values(row: _Shown) -> dict[str, Any]:

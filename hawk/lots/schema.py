@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 9
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "dfd9a351315eeb42be15085f619e081c"
+SCHEMA: Final = "9c0dcfd78dd9c8b95f19db5d482ec7ef"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -142,6 +142,27 @@ FORMER: Final = Table(
     sqlite_with_rowid=False,
 )
 """Stalls as they were in the layout versions before ``ends``, back to the row of the next smaller ``ends``."""
+NEWEST: Final = Table(
+    "newest",
+    METADATA,
+    Column("lot", ForeignKey("lot.id", ondelete="CASCADE"), primary_key=True),
+    Column("stalls", Integer),
+    Column("sections", Integer),
+    Column("surveys", Integer),
+    Column("survey", Integer),
+    Column("survey_id", String(36)),
+    Column("ended", Float),
+    Column("taken_at", Float),
+    Column("drone", Text),
+    Column("free", Integer),
+    Column("taken", Integer),
+    Column("unknown", Integer),
+    Column("been", Float),
+    Column("to_come", Float),
+    Index("ix_newest_open", "lot", sqlite_where=text("stalls IS NULL OR to_come IS NOT NULL")),
+)
+"""Newest surveys of lots with their counts (`hawk.lots.survey.newest`), which follow from other rows. All NULL: a part
+of the store that they follow from has changed, as triggers note."""
 LABEL: Final = Table(
     "label",
     METADATA,
@@ -408,5 +429,6 @@ PARTS: Final[Mapping[str, Mapping[str, str]]] = {
     "lot": {"lot": "id", **dict.fromkeys(_LOT_TABLES, "lot")},
     "change": {"change": "seq"},
     "outbox": {"outbox": "seq", "delivery": "message"},
+    "newest": {"newest": "lot"},
 }
 """Kind of a part of the store, which has one digest -> its tables, with the column that is its key."""

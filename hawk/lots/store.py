@@ -307,6 +307,20 @@ class LotStore:
         except BaseException:
             self._drop()
             raise
+        finally:
+            self._go_on_renewing()
+
+    def _go_on_renewing(self) -> None:
+        """Keep the newest surveys that a transaction left, as an upgrade leaves them, behind the work that waits."""
+        opened = self._database
+        if opened is not None and opened.has_more_newest and not self._is_closing.is_set():
+            opened.has_more_newest = False
+            with contextlib.suppress(RuntimeError):  # the store is closed: the next one goes on
+                self._executor.submit(self._guarded, self._renew)
+
+    def _renew(self) -> None:
+        with contextlib.suppress(LotStoreError), self._opened().writing():
+            pass  # the end of each transaction keeps some
 
     def _for_reading(self) -> Database:
         """Return the open store, on a thread that reads: the one that writes opens it."""

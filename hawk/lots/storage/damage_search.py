@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Final
 
 from hawk.lots.schema import PARTS
-from hawk.lots.storage.digests import Part, differs, selections
+from hawk.lots.storage.digests import Part, columns_of, differs, selections
 
 _AT_ONCE: Final = 200
 """Parts whose digests are read together."""
@@ -98,6 +98,8 @@ class DamageSearch:
         """Find the parts that have no digest."""
         for kind, tables in PARTS.items():
             table, key = next(iter(tables.items()))
+            if not columns_of(store, table):
+                continue
             rows = _unless(store, is_over, _WITHOUT.format(kind=kind, table=table, key=key))
             if rows is None:
                 return False

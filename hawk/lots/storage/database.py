@@ -27,6 +27,7 @@ from hawk.lots.schema import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
 from hawk.lots.storage.digests import Part, note_damaged, pass_over, seal, seal_everything, words_of
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
+from hawk.lots.survey import newest
 from hawk.lots.values import LotStoreError, StoreBusyError, StoreFullError
 from hawk.runtime.files import sync_folder
 from hawk.runtime.late import late
@@ -65,6 +66,7 @@ class Database:
 
     ``is_read_only``: it is of a newer version, or damaged as a whole, named in ``notice``. ``damaged``: parts that
     readers pass over, named in ``damage`` and ``notice``. ``is_searched``: set when no more damage is searched for.
+    ``has_more_newest``: rows of `hawk.lots.survey.newest` may be left for the next transactions.
     """
 
     def __init__(
@@ -98,7 +100,7 @@ class Database:
             version = self._version()
         self.is_read_only = version > VERSION
         self.notice = _newer(path, version) if self.is_read_only else ""
-        self.has_left_wal = False
+        self.has_left_wal, self.has_more_newest = False, not self.is_read_only
         self._file = self.path.stat().st_ino
         self._engine = self._open()
         if not self.is_read_only:
@@ -141,6 +143,8 @@ class Database:
             with self._engine.connect() as connection, connection.begin():
                 note_damaged(connection, self.damaged)
                 yield connection
+                if not self.damaged:
+                    self.has_more_newest = newest.renew(connection)
                 seal(_raw(connection), self.damaged)
             self.put_into_file()
 
@@ -388,18 +392,22 @@ def migrate(connection: Connection, target: str = "head") -> None:
     """Bring the tables to a revision, within the transaction of the connection. What is damaged stays so."""
     scripts = script.ScriptDirectory(str(_REVISIONS), version_locations=[str(_REVISIONS)])
 
-    def steps(revision: Any, _: object) -> list[Any]:
-        missing = reversed(list(scripts.iterate_revisions(target, revision or "base")))
+    store = _raw(connection)
+    version = int(store.execute("PRAGMA user_version").fetchone()[0])
+    missing = [*scripts.iterate_revisions(target, f"{version:04d}" if version else "base")][::-1]
+    keeps_rows = all(getattr(each.module, "CHANGES_NO_ROW", False) for each in missing)
+    damaged = damaged_parts(store) if version and not keeps_rows else ()
+
+    def steps(*_: object) -> list[Any]:
         return [migration.MigrationStep.upgrade_from_script(scripts.revision_map, each) for each in missing]
 
-    store = _raw(connection)
-    is_new = store.execute("PRAGMA user_version").fetchone() == (0,)
-    damaged = () if is_new else damaged_parts(store)
     logging.getLogger("alembic").setLevel(logging.WARNING)  # a new store is no news to an operator
     with environment.EnvironmentContext(config.Config(), scripts, fn=steps, destination_rev=target) as context:
         context.configure(connection=connection, transactional_ddl=True)
         context.run_migrations()
-    if target in ("head", f"{VERSION:04d}"):
+    if keeps_rows:
+        seal(store)
+    elif target in ("head", f"{VERSION:04d}"):
         seal_everything(store, damaged)
 
 

@@ -32,6 +32,9 @@ _CHECKED: Final = "hawk.lots.checked"
 _CODES: Final[Mapping[type, str]] = {float: "d", int: "q"}
 """Codes of `struct`."""
 _NUMBERED: Final = ("survey", "change", "outbox")
+_NEWEST: Final = "newest"
+_FOLLOWED: Final = {"lot", "survey"}
+"""Kinds that `_NEWEST` follows from: where one is damaged, it is not known which lots it was of."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -49,14 +52,14 @@ def _selection(table: str, key: str, columns: tuple[str, ...]) -> str:
     return f"SELECT {names} FROM main.{table} WHERE {key} = ? ORDER BY {order}"  # noqa: S608 - our own words
 
 
-def _columns(store: sqlite3.Connection, table: str) -> tuple[str, ...]:
+def columns_of(store: sqlite3.Connection, table: str) -> tuple[str, ...]:
     """Return the columns that a table has in this file: an earlier version has fewer, or has no such table."""
     return tuple(row[1] for row in store.execute(f"PRAGMA main.table_info({table})"))
 
 
 def selections(store: sqlite3.Connection, kind: str) -> list[str]:
     """Return the statements that read the rows of a part of a kind, with its key as their parameter."""
-    found = ((table, name, _columns(store, table)) for table, name in PARTS[kind].items())
+    found = ((table, name, columns_of(store, table)) for table, name in PARTS[kind].items())
     return [_selection(*each) for each in found if each[2]]
 
 
@@ -139,7 +142,7 @@ _NAMES: Final = {
     "survey": ("SELECT id, ended FROM main.survey WHERE seq = ?", "survey"),
     "lot": ("SELECT name, made FROM main.lot WHERE id = ?", "lot"),
 }
-_OTHERS: Final = {"change": "change", "outbox": "message to a receiver"}
+_OTHERS: Final = {"change": "change", "outbox": "message to a receiver", "newest": "counts kept of the lot"}
 
 
 def _name(store: sqlite3.Connection, part: Part) -> str:
@@ -159,13 +162,12 @@ def pass_over(store: sqlite3.Connection, parts: Collection[Part]) -> None:
     store.execute("PRAGMA temp_store = MEMORY")
     store.execute("CREATE TEMP TABLE damaged (part TEXT, key TEXT, PRIMARY KEY (part, key)) WITHOUT ROWID")
     store.executemany("INSERT INTO temp.damaged VALUES (?, ?)", [(part.kind, part.key) for part in parts])
-    for kind in {part.kind for part in parts} & PARTS.keys():
-        among = f"SELECT key FROM temp.damaged WHERE part = '{kind}'"  # noqa: S608 - our own words
+    kinds = {part.kind for part in parts} & PARTS.keys()
+    for kind in kinds | {_NEWEST}:
+        is_damaged = f"CAST({{key}} AS TEXT) IN (SELECT key FROM temp.damaged WHERE part = '{kind}')"  # noqa: S608
         for table, key in PARTS[kind].items():
-            store.execute(
-                f"CREATE TEMP VIEW {table} AS SELECT * FROM main.{table} "  # noqa: S608 - our own words
-                f"WHERE CAST({key} AS TEXT) NOT IN ({among})"
-            )
+            hidden = "true" if kind == _NEWEST and kinds & _FOLLOWED else is_damaged.format(key=key)
+            store.execute(f"CREATE TEMP VIEW {table} AS SELECT * FROM main.{table} WHERE NOT {hidden}")  # noqa: S608
 
 
 def note_damaged(connection: Connection, parts: Collection[Part]) -> None:

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 from sqlalchemy import Connection, select
 
-from hawk.exports import lot_places as module
 from hawk.exports.lot_places import lot_places
 from hawk.lots import lists
 from hawk.lots.schema import LOT
-from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey import newest
 from hawk.lots.values import utc
 from tests.unit.lots.documents.drones import Drone, days
 from tests.unit.lots.surveys import later, survey
@@ -58,26 +56,14 @@ def test_they_are_those_of_the_list_after_each_change_of_a_survey_or_a_plan(dron
     assert {len(each) for each in states} >= {1, 2}
 
 
-def test_only_what_has_changed_is_counted_again(drone: Drone, monkeypatch: pytest.MonkeyPatch) -> None:
-    counted: list[int] = []
-
-    def noted(connection: Connection, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        counted.append(len(rows))
-        return counts_of(connection, rows)
-
-    monkeypatch.setattr(module, "counts_of", noted)
+def test_nothing_is_counted_for_them_where_the_store_has_kept_it(drone: Drone, monkeypatch: pytest.MonkeyPatch) -> None:
     lot = drone.add(survey()).lot
-    with drone.store.reading() as connection:
-        before = shown(connection)
-        assert shown(connection) == before
-    drone.add(later(survey(seed=2), 2))
-    with drone.store.reading() as connection:
-        assert shown(connection) != before
     assert lot is not None
-    drone.edit(lot, {"do": "remove", "row": "A"})
-    with drone.store.reading() as connection:
-        assert shown(connection) == listed(connection)
-    assert counted == [1, 0, 1, 1]
+    for change in (lambda: drone.add(later(survey(seed=2), 2)), lambda: drone.edit(lot, {"do": "remove", "row": "A"})):
+        change()
+        with drone.store.reading() as connection, monkeypatch.context() as patched:
+            patched.setattr(newest, "made", lambda *_: pytest.fail("it is counted"))
+            assert shown(connection) == listed(connection)
 
 
 def test_a_damaged_survey_is_passed_over_as_in_the_list(drone: Drone) -> None:
