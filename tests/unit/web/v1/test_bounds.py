@@ -33,7 +33,7 @@ REFUSED: Final = {
     "put_lot_document", "changed_lots", "put_picture", "recordings", "recording", "film", "film_picture", "film_map",
     "keep_recording", "delete_recording",
 }  # fmt: skip
-"""Operations that no role for some lots may do. Whoever adds one says its bound, or names it here."""
+"""Operations that no role for some lots may do. Who adds one says its bound, or names it here."""
 NAMED: Final = (Bound.LOT, Bound.SURVEY, Bound.STALL, Bound.SHARE, Bound.CHANGE)
 READ: Final = [
     each for each in OPERATIONS
@@ -117,7 +117,7 @@ def test_each_operation_says_its_bound_or_is_refused() -> None:
             assert ("seq" if each.bound is Bound.CHANGE else "id") in each.fields, each.name
             begin = {Bound.LOT: "/lots/", Bound.SURVEY: "/surveys/", Bound.STALL: "/stalls/", Bound.SHARE: "/shares/"}
             assert each.path.startswith(begin.get(each.bound, "/changes/")), f"{each.name}: another thing is named"
-        ids_asked(each.query)  # KeyError: whoever adds a parameter with an id says the kind of what it names
+        ids_asked(each.query)  # KeyError: who adds a parameter with an id says the kind of what it names
 
 
 @pytest.mark.fault(
