@@ -277,6 +277,10 @@ async def test_a_change_of_two_lots_is_not_undone_by_an_operator_of_one(parted: 
     back = await parted.archive.done(f"/surveys/{parted.ours['survey']}/move", lot=parted.ours["lot"])
     for seq in (moved["seq"], back["seq"]):
         assert (await parted.ask(f"/changes/{seq}/undo", "operator", "POST", json={}))[0] == 404
+    async with parted.operator.get(parted.archive.address("/changes")) as response:
+        kept = {each["seq"]: each["kept"] for each in (await response.json(content_type=None))["items"]}
+    assert kept[back["seq"]] == f"change: {back['seq']} is about more than one lot", "the page offers no undo"
+    assert kept[int(parted.ours["seq"])] is None
 
 
 async def test_a_lot_that_was_merged_counts_as_the_one_that_it_is_part_of(parted: Parted, tmp_path: Path) -> None:
