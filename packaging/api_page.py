@@ -24,9 +24,9 @@ _HEADER: Final = """# The API
 
 Written by `packaging/api_page.py` from `hawk/web/v1/table.py` and its models: change those and run this again.
 
-Programs read lots, layouts, stalls, zones, surveys, observations, statistics and recordings here, and change them.
-A drone and a [desk](how-to/correct-the-plan.md#at-a-desk) answer alike. This page has the addresses and all that a JSON
-request sends; the definition, OpenAPI 3.1, describes every field of answers and documents as well:
+Programs read and change lots, plans, surveys, statistics and recordings here. A drone and a
+[desk](how-to/correct-the-plan.md#at-a-desk) answer alike. This page has the addresses and all that a JSON request
+sends; the definition, OpenAPI 3.1, has every field of answers and documents, too:
 `http://DRONE:3000/api/v1/openapi.json`. Addresses of the present flight are in [Protocol](protocol.md#http).
 
     curl -s -H "Authorization: Bearer TOKEN" "http://DRONE:3000/api/v1/lots?limit=10"
@@ -36,13 +36,13 @@ request sends; the definition, OpenAPI 3.1, describes every field of answers and
 - Viewers read, operators change ([roles](access.md)). Where the daemon has tokens, send `Authorization: Bearer TOKEN`.
 - An answer `Name[]` of an address is an object with `items` and `next`: a list comes in parts, and takes `limit`
   and `after`. `next` is `after` of the next part, `null` at the end; the header `Link` has its address. A part begins
-  behind the last item of the one before, whatever was added meanwhile.
-- An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed. Answers
-  are packed with gzip where `Accept-Encoding` allows it.
+  behind the last item of the one before.
+- An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed.
+  `Accept-Encoding: gzip` packs answers.
 - A refusal is a `Problem`, `application/problem+json` (RFC 9457): `detail` says what is wrong and the remedy, `field`
-  names the value. 400 and 422: a value; 401: no token; 403: a viewer, or the page of another server; 404: an id;
+  names the value. 400 and 422: a value; 401: no token; 403: the role, or another server's page; 404: an id;
   409: it does not fit what is there; 503: busy, ask again.
-- A request takes 10 s at most. The store has a thread of its own, which a flight never waits for.
+- A request takes 10 s at most; no flight waits for it.
 - Where nothing else is said, times are UTC (RFC 3339), lengths metres, angles radians, places degrees of WGS-84,
   latitude first, and ids UUIDs. `integer` is 0 or more. Types are written as in TypeScript: `[]` a list, `|` or, `?`
   may be null; braces hold the least and the greatest value, number of characters, or number of items. A field without

@@ -39,8 +39,8 @@ Written by `packaging/protocol_page.py` from the pydantic models of `hawk/comm/p
 `hawk/comm/protocol/command_table.py` and the examples in `docs/examples`: change those and run this again.
 
 The operator's page, [the Python client](python-client.md) and other programs use the same addresses. Where the daemon
-has tokens, a program sends the header `Authorization: Bearer TOKEN` with each request and with the opening of a
-WebSocket ([Roles, login and HTTPS](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
+has tokens, a program sends `Authorization: Bearer TOKEN` with each request, also with that for a WebSocket
+([roles](access.md)). JSON schema of all messages: `/api/schema.json`; examples:
 [http.json](examples/http.json), [messages.json](examples/messages.json). Lots, surveys, recordings and
 statistics have [an API of their own](api.md).
 """
@@ -58,10 +58,9 @@ _RULES: Final = """## WebSocket
 - Units: metres, seconds, radians, metres a second, percent; degrees for latitude and longitude (WGS-84). `North` and
   `East` are in the map frame, heights above the arm place ([frames](architecture.md#frames-of-reference)). `null` is a
   value that is not known.
-- Types are written as in [the API](api.md): `[]` a list, `|` or, `?` may be null; braces hold least and greatest value,
-  number of characters, or number of items. A key without a type is a string; one whose words were said is named alone.
-- `Sentences` lists the sentences among a message's texts, each once, and is left out when there are none. Texts that
-  others worded, such as the autopilot's, are not listed.
+- Types are written as in [the API](api.md). A key without a type is a string; one whose words were said is named alone.
+- `Sentences` lists the sentences among a message's texts, each once, where there are some. Texts that others worded,
+  such as the autopilot's, are not listed.
 - Close code 4401: the login or its token has ended. 1008: messages came too fast. 1001: the drone's server stops.
 
 Live pictures have WebSockets and addresses of their own: [video.md](video.md).

@@ -133,7 +133,8 @@ def token_result(config: Config) -> CheckResult:
     except (TokensError, InsecureBindingError) as error:
         value, _, remedy = str(error).partition("; ")
         return failed(name, f"{value}.", _sentence(remedy) or "Make one: hawk-drone tokens rotate operator.")
-    roles = ", ".join([*(role.value for role in tokens.by_role), *tokens.people])
+    people = [f"{len(tokens.people)} with a role for some lots"] if tokens.people else []
+    roles = ", ".join([*(role.value for role in tokens.by_role), *people])
     return passed(name, f"There are tokens of: {roles}." if roles else "There is none; only this computer is served.")
 
 

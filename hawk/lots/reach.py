@@ -15,7 +15,7 @@ from hawk.lots.change_detection import takeover
 from hawk.lots.plan import edits
 from hawk.lots.schema import CHANGE, LOT, SHARE, STALL, SURVEY
 
-_OF_ONE_LOT: Final = ("name", "time_zone", "place", "delete", pins.KIND, takeover.KIND, takeover.DROP, edits.KIND)
+OF_ONE_LOT: Final = ("name", "time_zone", "place", "delete", pins.KIND, takeover.KIND, takeover.DROP, edits.KIND)
 """Kinds of changes that are about one lot alone: others make a lot, or end one."""
 _LOT_OF: Final = {"survey": (SURVEY.c.id, SURVEY.c.lot), "stall": (STALL.c.id, STALL.c.lot),
                   "share": (SHARE.c.id, SHARE.c.lot)}  # fmt: skip
@@ -51,7 +51,7 @@ def lot_of(connection: Connection, kind: str, key: str) -> str | None:
     if kind == "lot":
         return key
     if kind == "change":
-        named = CHANGE.c.seq == int(key), CHANGE.c.edit.is_(None), CHANGE.c.kind.in_(_OF_ONE_LOT)
+        named = CHANGE.c.seq == int(key), CHANGE.c.edit.is_(None), CHANGE.c.kind.in_(OF_ONE_LOT)
         asked = select(CHANGE.c.lot).where(*named)
     else:
         of_id, of_lot = _LOT_OF[kind]

@@ -7,13 +7,16 @@ import contextlib
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
 from hawk.comm.protocol.authority import Role, cleaned
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import Config, ConfigError
+from hawk.lots import store
+from hawk.lots.values import LotStoreError
+from hawk.runtime.late import late
 from hawk.web.access.tls import (
     LONGEST_DAYS,
     CertificateError,
@@ -32,6 +35,14 @@ from hawk.web.access.tokens import (
     rotate_drone,
     rotate_person,
 )
+
+if TYPE_CHECKING:  # SQLAlchemy is loaded for the command that reads lots
+    from sqlalchemy import Connection
+
+    from hawk.lots import names
+    from hawk.lots.storage import database
+else:
+    names, database = late("hawk.lots.names"), late("hawk.lots.storage.database")
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
 DRONE: Final = "drone"
@@ -147,22 +158,16 @@ def _rotate_person(options: argparse.Namespace, config: Config) -> int:
 
 def _lots_named(config: Config, given: Sequence[str]) -> dict[str, str]:
     """Return ids and names of lots that a person wrote by name or id. Raises ConfigError."""
-    from hawk.lots.names import lot_named, names_of
-    from hawk.lots.values import LotStoreError
-
     try:
         with _reading(config) as connection:
-            return names_of(connection, [lot_named(connection, each) for each in given])
+            return names.names_of(connection, [names.lot_named(connection, each) for each in given])
     except LotStoreError as error:
         raise ConfigError(str(error).replace("LOT: ", "--lot: ")) from error
 
 
 @contextlib.contextmanager
-def _reading(config: Config) -> Iterator[Any]:
+def _reading(config: Config) -> Iterator[Connection]:
     """Give a connection to the store of lots. Raises LotStoreError."""
-    from hawk.lots import store
-    from hawk.lots.storage import database
-
     file = store.lots_file(config.store.directory, config.store.lots)
     store.check_there(file)
     with contextlib.closing(database.Database(file)) as opened, opened.reading() as connection:
@@ -176,10 +181,10 @@ def _list(options: argparse.Namespace, config: Config) -> int:
         if getattr(options, name) is not None:
             raise ConfigError("tokens list: takes no more than --store or --config: it lists all tokens")
     tokens = read_tokens(config.store.directory / TOKEN_FILE)
-    names = _names_shown(config, sorted({lot for person in tokens.people.values() for lot in person.lots}))
+    called = _names_shown(config, sorted({lot for person in tokens.people.values() for lot in person.lots}))
     lines = [f"{role.value}, made {token.made}" for role, token in tokens.by_role.items()]
     for name, person in sorted(tokens.people.items()):
-        lots = ", ".join(sorted(names.get(lot, f"{lot} (not there)") for lot in person.lots)) or "no lot"
+        lots = ", ".join(sorted(called.get(lot, f"{lot} (not there)") for lot in person.lots)) or "no lot"
         lines.append(f"{PERSON} {name}, {person.role.value} for {lots}, made {person.token.made}")
     lines += [f"{DRONE} {name}, made {token.made}" for name, token in sorted(tokens.drones.items())]
     if config.web.token is not None and Role.OPERATOR not in tokens.by_role:
@@ -190,12 +195,9 @@ def _list(options: argparse.Namespace, config: Config) -> int:
 
 def _names_shown(config: Config, lots: Sequence[str]) -> Mapping[str, str]:
     """Return the names of lots by their ids; of a store that cannot be read the ids stand for them."""
-    from hawk.lots.names import names_of
-    from hawk.lots.values import LotStoreError
-
     try:
         with _reading(config) as connection:
-            return names_of(connection, lots)
+            return names.names_of(connection, lots)
     except LotStoreError as error:
         if lots:
             _say(str(error))

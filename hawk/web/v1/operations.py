@@ -16,9 +16,9 @@ from hawk.web.v1.unknown import PATTERNS
 
 
 class Bound(Enum):
-    """What keeps a role for some lots within these; the value is the kind of what the path names.
+    """Bound of a role for some lots; the value is the kind of what the path names.
 
-    ``LISTED``: the handler leaves out what is not theirs. ``LINK``: a link's token opens one lot, whoever has it.
+    ``LISTED``: the handler leaves out what is not theirs. ``LINK``: a link's token opens one lot to anybody.
     ``OPEN``: the answer is of no lot.
     """
 

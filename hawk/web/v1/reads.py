@@ -15,7 +15,7 @@ from hawk.exports.lot_places import lot_places
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson, survey_map
 from hawk.lots import lists, names, queries, reach, section_lists
-from hawk.lots.answers import Part
+from hawk.lots.answers import Change, Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.documents import arrival_log
 from hawk.lots.lists import Asked
@@ -182,7 +182,16 @@ def observations_of_survey(connection: Connection, asked: Request[forms.Listed])
 def changes(connection: Connection, asked: Request[forms.Changes]) -> Answer:
     """Return the changes that persons made."""
     part = replace(_part(asked.query), of=_theirs(connection, asked, CHANGE.c.lot))
-    return _listed(lists.changes(connection, part, asked.query.lot))
+    found = lists.changes(connection, part, asked.query.lot)
+    if asked.lots is not None:
+        found = found.model_copy(update={"items": [_kept_of_lots(each) for each in found.items]})
+    return _listed(found)
+
+
+def _kept_of_lots(change: Change) -> Change:
+    """Return a change as a role for some lots sees it: one of more than one lot is not theirs to undo."""
+    is_kept = change.kept is None and change.kind not in reach.OF_ONE_LOT
+    return change.model_copy(update={"kept": f"change: {change.seq} is about more than one lot"}) if is_kept else change
 
 
 def proposals(connection: Connection, asked: Request[Query]) -> Answer:

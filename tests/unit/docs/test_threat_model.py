@@ -12,7 +12,7 @@ from tests.unit.docs.names import ROOT
 TEXT = (ROOT / "docs/threat-model.md").read_text(encoding="utf-8")
 SURFACES = {
     "API", "Dask", "doctor", "documents of surveys", "erase", "exports", "films", "imports of plans", "inbox", "links",
-    "pictures", "recordings", "replay", "restore", "settings", "store of lots", "webhooks",
+    "people", "pictures", "recordings", "replay", "restore", "settings", "store of lots", "webhooks",
 }  # fmt: skip
 """Parts that others can reach, or files that they bring to a person who opens them."""
 

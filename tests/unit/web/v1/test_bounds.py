@@ -34,7 +34,7 @@ REFUSED: Final = {
     "keep_recording", "delete_recording", "recordings_of_survey", "ask_recordings", "offer_recordings",
     "put_recording_part",
 }  # fmt: skip
-"""Operations that no role for some lots may do. Whoever adds one says its bound, or names it here."""
+"""Operations that no role for some lots may do. Who adds one says its bound, or names it here."""
 NAMED: Final = (Bound.LOT, Bound.SURVEY, Bound.STALL, Bound.SHARE, Bound.CHANGE)
 READ: Final = [
     each for each in OPERATIONS
@@ -118,7 +118,7 @@ def test_each_operation_says_its_bound_or_is_refused() -> None:
             assert ("seq" if each.bound is Bound.CHANGE else "id") in each.fields, each.name
             begin = {Bound.LOT: "/lots/", Bound.SURVEY: "/surveys/", Bound.STALL: "/stalls/", Bound.SHARE: "/shares/"}
             assert each.path.startswith(begin.get(each.bound, "/changes/")), f"{each.name}: another thing is named"
-        ids_asked(each.query)  # KeyError: whoever adds a parameter with an id says the kind of what it names
+        ids_asked(each.query)  # KeyError: who adds a parameter with an id says the kind of what it names
 
 
 @pytest.mark.fault(
@@ -278,6 +278,10 @@ async def test_a_change_of_two_lots_is_not_undone_by_an_operator_of_one(parted: 
     back = await parted.archive.done(f"/surveys/{parted.ours['survey']}/move", lot=parted.ours["lot"])
     for seq in (moved["seq"], back["seq"]):
         assert (await parted.ask(f"/changes/{seq}/undo", "operator", "POST", json={}))[0] == 404
+    async with parted.operator.get(parted.archive.address("/changes")) as response:
+        kept = {each["seq"]: each["kept"] for each in (await response.json(content_type=None))["items"]}
+    assert kept[back["seq"]] == f"change: {back['seq']} is about more than one lot", "the page offers no undo"
+    assert kept[int(parted.ours["seq"])] is None
 
 
 async def test_a_lot_that_was_merged_counts_as_the_one_that_it_is_part_of(parted: Parted, tmp_path: Path) -> None:
