@@ -214,6 +214,7 @@ def make_version_8(path: Path) -> None:
         for (name,) in opened.execute(made).fetchall():
             opened.execute(f"DROP TRIGGER {name}")
         opened.execute("DROP TABLE newest")
+        opened.execute("ALTER TABLE desk DROP COLUMN due")
         opened.execute("DELETE FROM digest WHERE part = 'newest'")
         opened.execute("UPDATE alembic_version SET version_num = '0008'")
         opened.execute("PRAGMA user_version = 8")
