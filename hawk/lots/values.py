@@ -102,11 +102,12 @@ def utc(seconds: float) -> str:
 
 _JOINERS: Final = "\N{ZERO WIDTH NON-JOINER}\N{ZERO WIDTH JOINER}"
 """Between letters they choose their forms, in Persian and in Hindi; between emoji they make one of several."""
+_WITHOUT_JOINERS: Final = str.maketrans("", "", _JOINERS)
 
 
 def is_shown(text: str) -> bool:
     """Return whether all of a text can be shown: no control character, no turn of the direction."""
-    letters = text.translate(dict.fromkeys(map(ord, _JOINERS)))
+    letters = text.translate(_WITHOUT_JOINERS)
     return letters.isprintable() and (letters.strip() != "" or text == "")
 
 

@@ -176,7 +176,7 @@ def _finished(document: SurveyDocument, writer: str) -> FinishedSurvey:
         ended=survey.ended,
         time_is_sure=survey.time_is_sure,
         outline=plan_rows.outline_of(survey.outline),
-        stalls=tuple(Detection(**each.model_dump()) for each in document.stalls),
+        stalls=tuple(Detection(**dict(each)) for each in document.stalls),
         program=survey.program,
         simulated=survey.simulated,
         accuracy=survey.accuracy,
@@ -255,7 +255,7 @@ def _merged_here(connection: Connection, lot: str | None) -> str | None:
 def _collect_looks(connection: Connection, seq: int, document: SurveyDocument) -> list[dict[str, Any]]:
     """Write what a survey saw of stalls and sections; return its looks at stalls that no plan here has."""
     keys = plan_rows.keys_of(connection, [each.stall for each in document.looks])
-    looks = [each.model_dump() for each in document.looks]
+    looks = [dict(each) for each in document.looks]
     plan_rows.observe(connection, seq, [look for look in looks if look["stall"] in keys], keys)
     if document.sections:
         connection.execute(insert(SECTION_LOOK), [{"survey": seq, **each.model_dump()} for each in document.sections])

@@ -21,6 +21,14 @@ _Layout = tuple[str, int]
 """A lot, and the version of its layout."""
 _Keys = NDArray[np.int64]
 _NEVER: Final = 2**62
+_VERSIONS: Final = (
+    select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
+)
+_KEYS: Final = (
+    select(STALL.c.lot, func.count(), func.group_concat(STALL.c.key))
+    .where(STALL.c.ends.is_(None), is_among(STALL.c.lot))
+    .group_by(STALL.c.lot)
+)
 
 
 def counts_of(connection: Connection, surveys: Sequence[Mapping[str, Any] | RowMapping]) -> list[dict[str, Any]]:
@@ -74,13 +82,10 @@ def _apart(layouts: Iterable[_Layout]) -> list[list[_Layout]]:
 def _plans(connection: Connection, layouts: Collection[_Layout]) -> dict[_Layout, _Keys]:
     """Return the keys of the stalls of layouts: those of a lot's newest layout by their index alone."""
     among = {"among": json.dumps(list({lot for lot, _ in layouts}))}
-    versions = select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
-    newest = {(str(lot), int(version)) for lot, version in connection.execute(versions, among).all()}
+    newest = {(str(lot), int(version)) for lot, version in connection.execute(_VERSIONS, among).all()}
     found = dict.fromkeys(layouts, np.zeros(0, np.int64))
     present = {lot: (lot, version) for lot, version in newest if (lot, version) in found}
-    keys = select(STALL.c.lot, func.count(), func.group_concat(STALL.c.key))
-    keys = keys.where(STALL.c.ends.is_(None), is_among(STALL.c.lot)).group_by(STALL.c.lot)
-    if rows := connection.execute(keys, {"among": json.dumps(list(present))}).all():
+    if rows := connection.execute(_KEYS, {"among": json.dumps(list(present))}).all():
         lots, sizes, texts = zip(*rows, strict=True)
         every = np.fromstring(",".join(texts), np.int64, sep=",")
         parts = np.split(every, np.cumsum(sizes)[:-1])

@@ -25,6 +25,8 @@ STATES: Final = (StallState.FREE, StallState.TAKEN, StallState.UNKNOWN)
 """States by their number in a piece."""
 _LOOK: Final = np.dtype([("stall", "<u4"), ("taken_probability", "<u2"), ("state", "u1")])
 _SCALE: Final = 10_000
+_PIECES: Final = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(is_among(LOOKS.c.survey))
+_HIGHEST: Final = select(func.max(STALL.c.key))
 _REMEDY: Final = "Restore a backup: hawk-drone restore FILE"
 _LOG = logging.getLogger(__name__)
 
@@ -92,10 +94,9 @@ def looks_of(connection: Connection, surveys: Sequence[int]) -> Looks:
     """
     found: dict[int, tuple[object, object]] = {}
     if surveys:
-        asked = select(LOOKS.c.survey, LOOKS.c.at, LOOKS.c.stalls).where(is_among(LOOKS.c.survey))
         among = {"among": json.dumps([*surveys])}
-        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(asked, among).all()}
-    highest = connection.execute(select(func.max(STALL.c.key))).scalar() or 0
+        found = {survey: (at, stalls) for survey, at, stalls in connection.execute(_PIECES, among).all()}
+    highest = connection.execute(_HIGHEST).scalar() or 0
     whole = {survey: cast("tuple[float, bytes]", piece) for survey, piece in found.items() if _is_whole(*piece)}
     damaged = found.keys() - whole.keys() | _with_wrong_values(whole, highest)
     if damaged:
