@@ -165,6 +165,14 @@ describe("a recording that is played", () => {
     }
   }
 
+  it("is not asked for by a role that is for some lots, or by a link", async () => {
+    globalThis.fetch = () => assert.fail("it would be refused");
+    for (const [base, mayAsk] of [[`lots/${LOT}`, false], ["shared/token", true]] as const) {
+      const source = new LotSource(base, mayAsk);
+      assert.deepEqual([source.hasRecordings, await source.recordings()], [false, []]);
+    }
+  });
+
   async function press(name: string): Promise<void> {
     const all = [...view.querySelectorAll("button")];
     const found = all.find((each) => each.getAttribute("aria-label") === name) ?? all.find((each) => words(each) === name);

@@ -115,11 +115,6 @@ describe("what several parts of the page ask for", () => {
     assert.equal(count, 3);
   });
 
-  it("is not of recordings for a role that is for some lots", async () => {
-    globalThis.fetch = () => assert.fail("it would be refused");
-    assert.deepEqual(await new LotSource(`lots/${LOT}`, false).recordings(), []);
-  });
-
   it("is a whole list, part by part", async () => {
     const asked: string[] = [];
     globalThis.fetch = (address) => {

@@ -34,8 +34,8 @@ export function recordingsOf(all: readonly Recording[], survey: string): Recordi
 export class LotSource {
   readonly base: string;
   readonly isShared: boolean;
-  /** The recordings may be read: they are of all lots. */
-  private readonly hasRecordings: boolean;
+  /** Recordings may be read and asked for: not by a link, nor by a role for some lots. */
+  readonly hasRecordings: boolean;
   private readonly kept = new Map<string, { at: number; answer: Promise<unknown> }>();
   private readonly now: () => number;
   /** In which all surveys of the lot are shown: place and zoom stay when one follows another. */
@@ -43,8 +43,8 @@ export class LotSource {
 
   constructor(base: string, hasRecordings = true, now = (): number => Date.now()) {
     this.base = `${API}/${base}`;
-    this.hasRecordings = hasRecordings;
     this.isShared = base.startsWith("shared/");
+    this.hasRecordings = hasRecordings && !this.isShared;
     this.now = now;
   }
 
@@ -80,9 +80,9 @@ export class LotSource {
     return this.isShared ? [] : (await this.once<DueList>(`due${query({ days: DUE_DAYS })}`)).items;
   }
 
-  /** What was recorded over the lot; a link knows of nothing. */
+  /** What was recorded over the lot. */
   async recordings(): Promise<Recording[]> {
-    if (this.isShared || !this.hasRecordings) return [];
+    if (!this.hasRecordings) return [];
     const all = await this.keep(`${API}/recordings`, () => readAll<Recording>("recordings"));
     return all.filter(({ lot }) => lot !== null && this.base === `${API}/lots/${lot.id}`);
   }

@@ -155,7 +155,7 @@ export class SurveysView extends View {
         ${value?.ground?.tiles.length === 0 ? html`<p class="sub">${say("archive-no-picture")}</p>` : nothing}
         <p class="sub">${[sourceOf(row), say("archive-program", { program: row.program })].filter((each) => each !== "").join(" · ")}</p>
         ${this.recordings(row)}
-        ${this.mayChange && !this.source.isShared ? html`<archive-asked-recordings survey=${row.id} .revision=${this.revision}></archive-asked-recordings>` : nothing}
+        ${this.mayChange && this.source.hasRecordings ? html`<archive-asked-recordings survey=${row.id} .revision=${this.revision}></archive-asked-recordings>` : nothing}
         ${this.mayChange ? this.actions(row) : nothing}${this.changes(this.about.value?.clock ?? "UTC")}
       </section>`}`;
   }
