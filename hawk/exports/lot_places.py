@@ -24,6 +24,7 @@ _LOTS: Final = (
     .where(LOT.c.merged_into.is_(None))
     .order_by(LOT.c.made, LOT.c.id)
 )
+_NO_SURVEY: Final = (None,) * 6
 _NAMES: Final = (
     "ids", "names", "latitudes", "longitudes", "time_zones", "stalls", "survey_counts", "due", "surveys", "ended",
     "free", "taken", "unknown", "drones",
@@ -39,18 +40,21 @@ def lot_places(
     rows = connection.execute(_LOTS.where(*of)).all()
     newest = newest_of(connection, [row.id for row in rows])
     zones = time_zones_of(connection, [row._mapping for row in rows])
-    found = readable(lambda each: _values(rows[each], zones[each], newest[rows[each].id], due), range(len(rows)))
+    surveyed = ((lot, of) for lot, of in newest.items() if of.survey is not None)
+    surveys = dict(readable(_survey_values, surveyed))
+
+    def values(each: int) -> tuple[Any, ...]:
+        lot, name, latitude, longitude, _ = rows[each]
+        of = newest[lot]
+        at = due(lot, name, of.taken_at)
+        place = round(float(latitude), _DEGREES), round(float(longitude), _DEGREES)
+        due_at = None if at is None else utc(at.timestamp())
+        return lot, name, *place, zones[each], of.stalls, of.surveys, due_at, *surveys.get(lot, _NO_SURVEY)
+
+    found = readable(values, range(len(rows)))
     return dict(zip(_NAMES, map(list, zip(*found, strict=True)) if found else [[] for _ in _NAMES], strict=True))
 
 
-def _values(row: Any, zone: str, newest: Newest | Row[Any], due: NextDue) -> tuple[Any, ...]:
-    at = due(row.id, row.name, newest.taken_at)
-    place = round(float(row.latitude), _DEGREES), round(float(row.longitude), _DEGREES)
-    due_at = None if at is None else utc(at.timestamp())
-    of_lot = (row.id, row.name, *place, zone, newest.stalls, newest.surveys, due_at)
-    of_survey = [] if newest.ended is None else readable(_survey_values, [newest])
-    return (*of_lot, *(of_survey[0] if of_survey else (None,) * 6))
-
-
-def _survey_values(newest: Newest | Row[Any]) -> tuple[Any, ...]:
-    return newest.survey_id, utc(newest.ended or 0.0), newest.free, newest.taken, newest.unknown, newest.drone
+def _survey_values(newest: tuple[str, Newest | Row[Any]]) -> tuple[str, tuple[Any, ...]]:
+    lot, of = newest
+    return lot, (of.survey_id, utc(of.ended or 0.0), of.free, of.taken, of.unknown, of.drone)

@@ -223,7 +223,7 @@ class LotStore:
             folder.write(survey, mosaic, hidden)
             if not opened.damaged:  # a backup may bring back surveys that are passed over
                 with opened.reading() as connection:
-                    folder.keep(pictures.worth_keeping(connection))
+                    folder.keep(pictures.worth_keeping(connection, folder.surveys(), survey))
         except (OSError, LotStoreError) as error:
             _LOG.warning("the picture of the survey is not kept: %s", error)
 

@@ -23,6 +23,9 @@ SAME_SHARE: Final = 0.30
 NEAR_M: Final = 300.0
 """A lot nearer than this may be meant although nothing overlaps: GNSS and outlines err."""
 _LEAST_M2: Final = 1.0
+_APART: Final = 0.01
+"""Degrees of latitude, over 1.1 km: in a plane about a place circles of latitude bend by 180 m in 20 km at `_POLAR`."""
+_POLAR: Final = 80.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +86,9 @@ def which_lot(outline: Outline, lots: Sequence[Parcel], beside: Sequence[Outline
     ground = ground_about(centre, outline)
     if ground.area < _LEAST_M2:
         return Decision(Answer.NOTHING)
+    may_be_near = (lot for lot in lots if not _is_apart(outline, lot.outline))
     near = sorted(
-        (found for lot in lots if (found := _candidate(centre, ground, lot)) is not None),
+        (found for lot in may_be_near if (found := _candidate(centre, ground, lot)) is not None),
         key=lambda found: (-found.overlap, found.distance, found.lot),
     )
     if beside is not None:
@@ -120,6 +124,15 @@ def _among(
 def _likeness(one: BaseGeometry, other: BaseGeometry) -> float:
     common = shared_area(one, other)
     return common / max(float(one.area + other.area) - common, _LEAST_M2)
+
+
+def _is_apart(one: Outline, other: Outline) -> bool:
+    """Return whether two outlines lie beyond `NEAR_M` by their latitudes alone: of ten thousand lots most do."""
+    (south, north), (low, high) = (
+        (min(latitudes, default=0.0), max(latitudes, default=0.0))
+        for latitudes in ([corner[0] for ring in outline.polygons for corner in ring] for outline in (one, other))
+    )
+    return max(abs(south), abs(north)) < _POLAR and (low > north + _APART or high < south - _APART)
 
 
 def _candidate(centre: tuple[float, float], ground: BaseGeometry, lot: Parcel) -> Candidate | None:

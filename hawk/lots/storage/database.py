@@ -389,7 +389,11 @@ def migrate_file(path: Path, target: str = "head") -> None:
 
 
 def migrate(connection: Connection, target: str = "head") -> None:
-    """Bring the tables to a revision, within the transaction of the connection. What is damaged stays so."""
+    """Bring the tables to a revision, within the transaction of the connection. What is damaged stays so.
+
+    Digests are made again, but for steps that say by ``CHANGES_NO_ROW`` that they leave the rows that were there: then
+    a store of thousands of lots is not read, and none of its surveys and lots gets a new state, which would be sent.
+    """
     scripts = script.ScriptDirectory(str(_REVISIONS), version_locations=[str(_REVISIONS)])
 
     store = _raw(connection)

@@ -21,9 +21,7 @@ _Layout = tuple[str, int]
 """A lot, and the version of its layout."""
 _Keys = NDArray[np.int64]
 _NEVER: Final = 2**62
-_VERSIONS: Final = (
-    select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
-)
+_VERSIONS: Final = select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
 _KEYS: Final = (
     select(STALL.c.lot, func.count(), func.group_concat(STALL.c.key))
     .where(STALL.c.ends.is_(None), is_among(STALL.c.lot))

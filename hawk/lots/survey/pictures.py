@@ -6,9 +6,11 @@ they are files, the newest of each lot are kept, and a backup has none.
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import zipfile
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -18,8 +20,9 @@ from typing import Final
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy import Connection, select
+from sqlalchemy import Connection, bindparam, select
 
+from hawk.lots.rows import is_among
 from hawk.lots.schema import SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import LotStoreError
@@ -29,6 +32,10 @@ from hawk.model.tile_picture import decode_picture, encode_picture
 
 KEPT: Final = 12
 """Surveys of a lot whose pictures are kept: a lot of one hectare takes half a megabyte each."""
+_LOTS: Final = select(SURVEY.c.id, SURVEY.c.lot).where(is_among(SURVEY.c.id))
+_NEWEST: Final = (
+    select(SURVEY.c.id).where(SURVEY.c.lot.is_not_distinct_from(bindparam("lot"))).order_by(*newest_first()).limit(KEPT)
+)
 _SUFFIX: Final = ".zip"
 _UNFINISHED: Final = ".part"
 _NAME: Final = re.compile(r"(-?\d{1,6})_(-?\d{1,6})\.jpg")
@@ -220,13 +227,18 @@ def pictures_of(store: Path) -> PictureFolder:
     return PictureFolder(store.with_name(f"{store.stem}-pictures"))
 
 
-def worth_keeping(connection: Connection) -> set[str]:
-    """Return the ids of the `KEPT` newest surveys of each lot, and of those that belong to none."""
-    rows = connection.execute(select(SURVEY.c.id, SURVEY.c.lot).order_by(*newest_first())).all()
-    kept: dict[str | None, list[str]] = {}
-    for survey, lot in rows:
-        kept.setdefault(lot, []).append(survey)
-    return {survey for surveys in kept.values() for survey in surveys[:KEPT]}
+def worth_keeping(connection: Connection, pictured: Collection[str], stored: str) -> set[str]:
+    """Return those of some surveys, by ids, that are among the `KEPT` newest of their lot, or of those without one.
+
+    Lots that have no more pictures than that are not looked at, but for that of the survey ``stored``: no other one has
+    another newest survey, and a store of a million is not read for each.
+    """
+    among = {"among": json.dumps([stored, *pictured])}
+    lots = {row.id: row.lot for row in connection.execute(_LOTS, among)}
+    numbers = Counter(lots[each] for each in pictured if each in lots)
+    full = {lot for lot, number in numbers.items() if number > KEPT} | {lots.get(stored)}
+    newest = {each for lot in full for each in connection.execute(_NEWEST, {"lot": lot}).scalars()}
+    return {each for each in pictured if each in lots and (lots[each] not in full or each in newest)}
 
 
 def drawn(tiles: Mapping[TileKey, bytes], box: tuple[float, float, float, float]) -> Shown | None:

@@ -30,7 +30,7 @@ def lot(name: str, north: float, east: float, datum: GlobalPose | None = None) -
 
 @pytest.mark.slow
 @settings(max_examples=60, deadline=None)
-@given(datum=PLACES, east=st.floats(-1000, 1000), north=st.floats(-1000, 1000))
+@given(datum=PLACES, east=st.floats(-1000, 1000), north=st.floats(-1500, 1500))
 def test_a_lot_beside_another_is_known_asked_for_or_new_by_overlap_and_distance(
     datum: GlobalPose, east: float, north: float
 ) -> None:

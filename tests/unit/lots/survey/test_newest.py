@@ -300,6 +300,13 @@ def test_a_picture_that_is_to_come_is_the_newest_once_its_time_has_been(tmp_path
         check_kept(store, is_whole=True)
 
 
+def digests_and_states(path: Path) -> list[tuple[object, ...]]:
+    """Return the digests of what was there before an upgrade, and all messages."""
+    with closing(sqlite3.connect(path)) as opened:
+        digests = opened.execute("SELECT * FROM digest WHERE part != 'newest' ORDER BY part, key").fetchall()
+        return [*digests, *opened.execute("SELECT * FROM outbox ORDER BY seq")]
+
+
 def test_the_rows_of_an_upgrade_are_made_some_at_a_time_and_the_next_program_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -309,6 +316,7 @@ def test_the_rows_of_an_upgrade_are_made_some_at_a_time_and_the_next_program_goe
         for number in range(6):
             connection.exec_driver_sql(f"INSERT INTO lot SELECT 'lot {number}', {columns(LOT)} FROM lot LIMIT 1")  # noqa: S608
     make_version_8(path)
+    states = digests_and_states(path)
     monkeypatch.setattr(newest, "_CHANGED", newest._CHANGED.limit(3))
     monkeypatch.setattr(newest, "_AT_ONCE", 2)
     kept = []
@@ -321,6 +329,7 @@ def test_the_rows_of_an_upgrade_are_made_some_at_a_time_and_the_next_program_goe
                 pass
             assert store.has_more_newest == (kept[-1] < 6)
     assert kept == [2, 4, 6, 7]
+    assert digests_and_states(path) == states  # no drone sends its surveys again
     with closing(Database(path, FAST)) as store:
         check_kept(store, is_whole=True)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -15,6 +16,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.survey.pictures import KEPT, PictureFolder, drawn, extent, pictures_of, worth_keeping
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import TILE_CELLS, TILE_M, EncodedTile, TileKey
+from hawk.model.plans import Outline
 from hawk.model.tile_picture import encode_picture
 from tests.unit.lots.surveys import later, survey
 
@@ -126,13 +128,16 @@ def test_a_half_written_picture_goes_with_its_survey(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_newest_surveys_of_each_lot_are_worth_keeping(tmp_path: Path) -> None:
-    store = Database(tmp_path / "lots.db")
-    saved = []
-    for number in range(KEPT + 3):
-        with store.writing() as connection:
-            saved.append(save(connection, later(survey(), number, hours=number)).survey)
+    store = Database(tmp_path / "lots.db", {"synchronous": 0})
+    with store.writing() as connection:
+        saved = [save(connection, later(survey(), n, hours=n)).survey for n in range(KEPT + 3)]
+        none = [save(connection, replace(later(survey(stalls=0), 90 + n, n), outline=Outline())).survey for n in (1, 2)]
     with store.reading() as connection:
-        assert worth_keeping(connection) == {*saved[3:]}
+        assert worth_keeping(connection, {*saved, *none, "gone"}, saved[-1]) == {*saved[3:], *none}
+        assert worth_keeping(connection, {*saved, *none}, none[0]) == {*saved[3:], *none}
+        few = {*saved[2:5], none[0]}
+        assert worth_keeping(connection, few, saved[-1]) == few - {saved[2]}
+        assert worth_keeping(connection, few, none[0]) == few
     store.close()
 
 
