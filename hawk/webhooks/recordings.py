@@ -13,12 +13,12 @@ import logging
 import os
 import re
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -60,29 +60,19 @@ _OVER: Final = (HTTPStatus.FORBIDDEN, HTTPStatus.NOT_FOUND, HTTPStatus.GONE)
 Sent = bytes | AsyncIterator[bytes]
 
 
-class Put(Protocol):
-    """Puts data at an address of the desk."""
-
-    def __call__(self, address: str, headers: Mapping[str, str], data: Sent) -> Awaitable[TryOutcome]:
-        """Return the outcome."""
-        ...
+Put = Callable[[str, Mapping[str, str], Sent], Coroutine[Any, Any, TryOutcome]]
+"""Puts data, with headers, at an address below that of the desk's API."""
+Elsewhere = Callable[[Callable[[], Any]], Awaitable[Any]]
+"""Does work with files on a thread."""
 
 
-class Elsewhere(Protocol):
-    """Does work with files on a thread."""
-
-    def __call__(self, work: Callable[[], Any]) -> Awaitable[Any]:
-        """Return what the work returns."""
-        ...
-
-
-class _Received(BaseModel):
+class _Stored(BaseModel):
     name: str
-    received: Annotated[int, Field(ge=0)]
+    stored: Annotated[int, Field(ge=0)]
 
 
 class _Offered(BaseModel):
-    recordings: list[_Received]
+    recordings: list[_Stored]
 
 
 @dataclass(slots=True)
@@ -172,7 +162,7 @@ class RecordingSender:
         if outcome.problem:
             return self._failed(asked, outcome)
         try:
-            received = {each.name: each.received for each in _Offered.model_validate_json(outcome.data).recordings}
+            received = {each.name: each.stored for each in _Offered.model_validate_json(outcome.data).recordings}
         except ValidationError as error:
             return self._failed(asked, TryOutcome(0, f"answered what is no state of recordings: {error}"))
         if not found:
@@ -221,16 +211,15 @@ class RecordingSender:
             "Repr-Digest": f"sha-256=:{base64.b64encode(digest).decode()}:",
         }
         address, began = f"surveys/{asked.survey}/recordings/{file.path.name}", time.monotonic()
-        outcome = await done_while(
-            lambda: not self._is_flown(), _put(put, address, headers, self._bytes(file.path, start, end))
-        )
+        sending = put(address, headers, self._bytes(file.path, start, end))
+        outcome = await done_while(lambda: not self._is_flown(), sending)
         if outcome is None:  # armed: after the landing the desk says what it has
             asked.files = None
             return False
         if outcome.problem:
             return self._failed(asked, outcome)
         try:
-            file.received = _Received.model_validate_json(outcome.data).received
+            file.received = _Stored.model_validate_json(outcome.data).stored
         except ValidationError as error:
             return self._failed(asked, TryOutcome(0, f"answered what is no state of a recording: {error}"))
         asked.tries = 0
@@ -275,10 +264,6 @@ class RecordingSender:
 
     def _forget(self, asked: _Asked) -> None:
         self._asked.pop(asked.survey, None)
-
-
-async def _put(put: Put, address: str, headers: Mapping[str, str], data: Sent) -> TryOutcome:
-    return await put(address, headers, data)
 
 
 def _read(path: Path, start: int, count: int) -> bytes:

@@ -27,7 +27,7 @@ from hawk.web.services import SERVICES
 from hawk.web.v1.answers import BUSY, answered, in_time, opened
 from hawk.web.v1.bodies import LotState, SurveyState
 from hawk.web.v1.changes import UNSURE, changed
-from hawk.web.v1.incoming import write_away
+from hawk.web.v1.file_transfer import write_away
 from hawk.web.v1.parameters import ChangedLots, Query, query_of
 from hawk.web.v1.unknown import PATTERNS, ROOT
 
