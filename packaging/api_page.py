@@ -93,9 +93,9 @@ def page() -> str:
         if found_fields:
             about = _sentence(" ".join(schemas[name].get("description", "").replace("``", "`").split()))
             own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
-            lines = "".join(_fields_sent(wider[name], own_fields, fields))
-            is_one = lines.count("\n") == 1
-            blocks += [f"### {name}\n", *([f"{about} {lines[2:]}"] if is_one else [f"{about}\n", lines])]
+            rows = "".join(_fields_sent(wider[name], own_fields, fields))
+            is_one = rows.count("\n") == 1
+            blocks += [f"### {name}\n", *([f"{about} {rows[2:]}"] if is_one else [f"{about}\n", rows])]
     return re.sub(r"\[(\w+)\]\(#\w+\)", lambda each: each[0] if each[1] in sent else f"`{each[1]}`", "\n".join(blocks))
 
 

@@ -276,7 +276,7 @@ _RECORDINGS: Final = (
               f"the header `{documents.ASKED}` of changed lots names", RECORDINGS,
               recording_requests.offer, bodies.OfferState, body=bodies.RecordingOffer, for_drones=True),
     Operation("PUT", "/surveys/{id}/recordings/{name}", "put_recording_part", "Send a part of one: "
-              "`Content-Range` (RFC 9110, 14.5), and `Repr-Digest` of the whole (RFC 9530)", RECORDINGS,
+              "`Content-Range` (RFC 9110), and `Repr-Digest` of the whole (RFC 9530)", RECORDINGS,
               recording_requests.put_part, bodies.RecordingState, takes_file=True, for_drones=True),
     _post("/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away", RECORDINGS,
           recordings.keep, bodies.Keep, bodies.Kept, recordings.FOR_OPERATORS),
