@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from hawk.web.v1.openapi import document
+from hawk.web.v1.openapi import FOR_DRONES, document
 from hawk.web.v1.table import FEATURES, OPERATIONS
 from hawk.web.v1.unknown import ROOT
 
@@ -34,9 +34,9 @@ sends; the definition, OpenAPI 3.1, has every field of answers and documents, to
     curl -s -d '{"name": "North Street"}' http://127.0.0.1:3000/api/v1/lots/LOT/name
 
 - Viewers read, operators change ([roles](access.md)). Where the daemon has tokens, send `Authorization: Bearer TOKEN`.
-- An answer `Name[]` of an address is an object with `items` and `next`: a list comes in parts, and takes `limit`
-  and `after`. `next` is `after` of the next part, `null` at the end; the header `Link` has its address. A part begins
-  behind the last item of the one before.
+- In parentheses stands the answer, or the type of the file. `Name[]` is an object with `items` and `next`: a list
+  comes in parts, and takes `limit` and `after`. `next` is `after` of the next part, `null` at the end; the header
+  `Link` has its address. A part begins behind the last item of the one before.
 - An answer has an `ETag`. Send it as `If-None-Match` to the same address: 304 says that nothing has changed.
   `Accept-Encoding: gzip` packs answers.
 - A refusal is a `Problem`, `application/problem+json` (RFC 9457): `detail` says what is wrong and the remedy, `field`
@@ -52,8 +52,9 @@ _OF_FEATURES: Final = """The collections `lots`, `stalls` and `surveys` by OGC A
 read only, for QGIS, GDAL and their like: [how QGIS opens them](how-to/open-lots-in-qgis.md). Answers are those of the
 standard. A lot has the time of its last survey, a stall that of the last look at it, a survey that of its flight.
 """
+_GET: Final = "GET "
 _JSON: Final = "application/json"
-"""Type of the bodies that are described here: a document of another type is a program's alone."""
+"""Type of the bodies that are described here: one of another type, or that drones send, is a program's alone."""
 _LEAST_CONTAINED: Final = 3
 """Fields of a value that a larger one names as a whole."""
 _OFTEN: Final = 4
@@ -72,9 +73,8 @@ def page() -> str:
         for method, operation in item.items()
     ]
     parameters = _repeated(_parameter(each) for _, operation in operations for each in _in_query(operation))
-    sent = _reached(
-        [each["requestBody"]["content"].get(_JSON) for _, each in operations if "requestBody" in each], schemas
-    )
+    by_persons = [each for _, each in operations if "requestBody" in each and each.get("description") != FOR_DRONES]
+    sent = _reached([each["requestBody"]["content"].get(_JSON) for each in by_persons], schemas)
     values = {name: _fields(name, each) for name, each in sorted(schemas.items()) if name in sent}
     wider = {name: _contained(name, values) for name in values}
     own = {name: dict(each.items() - values.get(wider[name], {}).items()) for name, each in values.items()}
@@ -93,7 +93,9 @@ def page() -> str:
         if found_fields:
             about = _sentence(" ".join(schemas[name].get("description", "").replace("``", "`").split()))
             own_fields = {key: words for key, words in found_fields.items() if key in own[name]}
-            blocks += [f"### {name}\n", f"{about}\n", *_fields_sent(wider[name], own_fields, fields)]
+            rows = "".join(_fields_sent(wider[name], own_fields, fields))
+            is_one = rows.count("\n") == 1
+            blocks += [f"### {name}\n", *([f"{about} {rows[2:]}"] if is_one else [f"{about}\n", rows])]
     return re.sub(r"\[(\w+)\]\(#\w+\)", lambda each: each[0] if each[1] in sent else f"`{each[1]}`", "\n".join(blocks))
 
 
@@ -142,8 +144,8 @@ def _operation(
     """Return the lines of an address; one that answers, or is asked, as an earlier one (``said``) names that."""
     answers = operation["responses"]["200"]["content"]
     found = [each["schema"] for each in answers.values() if "schema" in each]
-    answer = _answer(found[0], schemas) if found else f"a file: {', '.join(f'`{each}`' for each in answers)}"
-    words = operation["summary"] + ("" if FEATURES in operation["tags"] else f". Answers {answer}")
+    answer = _answer(found[0], schemas) if found else ", ".join(f"`{each}`" for each in answers)
+    words = operation["summary"] + ("" if FEATURES in operation["tags"] else f" ({answer})")
     body = operation.get("requestBody")
     if body is not None:
         (content,) = body["content"].values()
@@ -159,9 +161,9 @@ def _operation(
     more = "".join(f"  - `{name}`: {text}\n" for name, text in parameters if (name, text) not in shared)
     former = said.setdefault("\n".join([words, query, more]), address)
     if former != address:
-        return f"- `{address}`: As `{former}`."
+        return f"- `{address}`: As `{former.removeprefix(_GET)}`."
     asked = said.setdefault(query, address) if len(short) > _OFTEN else address
-    words += f". Query: {query if asked == address else f'as `{asked}`'}.\n" if short else ".\n"
+    words += f". Query: {query if asked == address else f'as `{asked.removeprefix(_GET)}`'}.\n" if short else ".\n"
     return f"- `{address}`: {words}{more}".rstrip()
 
 

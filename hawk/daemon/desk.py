@@ -220,14 +220,14 @@ def _of_store(
     if store is None:
         yield services
         return
-    recordings = Recordings(config.store)
+    recordings = services.recordings if collects else None
     with contextlib.closing(DayPlanner(store, config, timetable, partial(drone_of, config))) as days:
         yield replace(
             services,
             lots=store,
             collects=collects,
             inbox=inbox_folder(config.inbox),
-            recording_requests=RecordingRequests(recordings, config.store) if collects else None,
+            recording_requests=RecordingRequests(recordings, config.store) if recordings else None,
             due=None if timetable.is_empty else timetable.moments,
             day_plan=days.plan,
             folder=config.store.directory,

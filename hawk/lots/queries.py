@@ -118,10 +118,10 @@ def lots_of_surveys(connection: Connection) -> dict[str, dict[str, str]]:
 
 
 @dataclass(frozen=True, slots=True)
-class FlownBy:
-    """The ``drone`` that sent a survey here, by the name of its token, and the name that its ``journal`` has there."""
+class SurveyDrone:
+    """The drone that sent a survey here: ``name`` of its token, and that of the survey's ``journal`` there."""
 
-    drone: str
+    name: str
     journal: str
 
 
@@ -133,7 +133,7 @@ def journal_of_survey(connection: Connection, survey_id: str) -> str:
     return journal_of(origin)
 
 
-def flown_by(connection: Connection, survey_id: str) -> FlownBy | None:
+def flown_by(connection: Connection, survey_id: str) -> SurveyDrone | None:
     """Return who sent a survey that it had flown; None for a survey of this store, or of pictures.
 
     Raises NotFoundError.
@@ -145,7 +145,7 @@ def flown_by(connection: Connection, survey_id: str) -> FlownBy | None:
         raise NotFoundError(_NO_SURVEY)
     if row.writer is None or row.kind != SurveyKind.FLOWN:
         return None
-    return FlownBy(row.writer, journal_of(row.origin, row.writer))
+    return SurveyDrone(row.writer, journal_of(row.origin, row.writer))
 
 
 def is_stored(connection: Connection, survey_id: str) -> bool:

@@ -13,12 +13,12 @@ import logging
 import os
 import re
 import time
-from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from http import HTTPStatus
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -26,6 +26,7 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import NotFoundError
 from hawk.runtime.late import late
 from hawk.runtime.supervision import done_while
+from hawk.store.recording_request import MOST_ASKED, MOST_RECORDINGS
 from hawk.store.recordings import NotThatRecordingError, Recordings
 from hawk.webhooks.delivery import SenderTimes, TryOutcome
 
@@ -36,8 +37,6 @@ else:
 
 _LOG = logging.getLogger(__name__)
 
-ASKED: Final = "Hawk-Recordings"
-"""Header of the desk's answer: ids of surveys whose recordings it asks for (`hawk.web.v1.documents`)."""
 LOOKS: Final = (1, 2, 4, 6)
 """Intervals of looks between tries while the desk is not there; the last one is that of every later try."""
 REFUSED_LOOKS: Final = 360
@@ -53,36 +52,25 @@ PART_S: Final = 60.0
 DIGEST_S: Final = 0.5
 """Real seconds for which a file is read for its digest before the next look at documents and motors."""
 CHUNK_BYTES: Final = 64 * 1024
-MOST_ASKED: Final = 16
 _ID: Final = re.compile(r"[0-9a-f-]{36}")
 _HASHED: Final = 1024 * 1024
 _OVER: Final = (HTTPStatus.FORBIDDEN, HTTPStatus.NOT_FOUND, HTTPStatus.GONE)
 Sent = bytes | AsyncIterator[bytes]
 
 
-class Put(Protocol):
-    """Puts data at an address of the desk."""
-
-    def __call__(self, address: str, headers: Mapping[str, str], data: Sent) -> Awaitable[TryOutcome]:
-        """Return the outcome."""
-        ...
+Put = Callable[[str, Mapping[str, str], Sent], Coroutine[Any, Any, TryOutcome]]
+"""Puts data, with headers, at an address below that of the desk's API."""
+Elsewhere = Callable[[Callable[[], Any]], Awaitable[Any]]
+"""Does work with files on a thread."""
 
 
-class Elsewhere(Protocol):
-    """Does work with files on a thread."""
-
-    def __call__(self, work: Callable[[], Any]) -> Awaitable[Any]:
-        """Return what the work returns."""
-        ...
-
-
-class _Received(BaseModel):
+class _Stored(BaseModel):
     name: str
-    received: Annotated[int, Field(ge=0)]
+    stored: Annotated[int, Field(ge=0)]
 
 
 class _Offered(BaseModel):
-    recordings: list[_Received]
+    recordings: list[_Stored]
 
 
 @dataclass(slots=True)
@@ -139,7 +127,7 @@ class RecordingSender:
         self._digest = _Digest(("", 0, 0))
 
     def ask(self, header: str) -> None:
-        """Take in what the desk asks for now: ids of surveys, as `ASKED` has them."""
+        """Take in what the desk asks for now: ids of surveys, as the header has them."""
         ids = [each for each in header.replace(",", " ").split() if _ID.fullmatch(each)][:MOST_ASKED]
         self._asked = {each: self._asked.get(each) or _Asked(each) for each in ids}
 
@@ -172,7 +160,7 @@ class RecordingSender:
         if outcome.problem:
             return self._failed(asked, outcome)
         try:
-            received = {each.name: each.received for each in _Offered.model_validate_json(outcome.data).recordings}
+            received = {each.name: each.stored for each in _Offered.model_validate_json(outcome.data).recordings}
         except ValidationError as error:
             return self._failed(asked, TryOutcome(0, f"answered what is no state of recordings: {error}"))
         if not found:
@@ -201,7 +189,7 @@ class RecordingSender:
                         found.append(_File(folder.complete(one.name), one.bytes))
                 except NotThatRecordingError:  # deleted meanwhile
                     continue
-            return found
+            return found[:MOST_RECORDINGS]
 
         files: list[_File] = await self._elsewhere(read)
         return files
@@ -221,18 +209,19 @@ class RecordingSender:
             "Repr-Digest": f"sha-256=:{base64.b64encode(digest).decode()}:",
         }
         address, began = f"surveys/{asked.survey}/recordings/{file.path.name}", time.monotonic()
-        outcome = await done_while(
-            lambda: not self._is_flown(), _put(put, address, headers, self._bytes(file.path, start, end))
-        )
+        sending = put(address, headers, self._bytes(file.path, start, end))
+        outcome = await done_while(lambda: not self._is_flown(), sending)
         if outcome is None:  # armed: after the landing the desk says what it has
             asked.files = None
             return False
         if outcome.problem:
             return self._failed(asked, outcome)
         try:
-            file.received = _Received.model_validate_json(outcome.data).received
+            file.received = _Stored.model_validate_json(outcome.data).stored
         except ValidationError as error:
             return self._failed(asked, TryOutcome(0, f"answered what is no state of a recording: {error}"))
+        if file.received >= file.size:
+            _LOG.info("collect: recording %s of survey %s is at the desk", file.path.name, asked.survey)
         asked.tries = 0
         paced = (end - start) * WANTED_S / max(time.monotonic() - began, 0.01)
         self._part = round(min(max(paced, LEAST_PART), 2 * self._part, LARGEST_PART))
@@ -275,10 +264,6 @@ class RecordingSender:
 
     def _forget(self, asked: _Asked) -> None:
         self._asked.pop(asked.survey, None)
-
-
-async def _put(put: Put, address: str, headers: Mapping[str, str], data: Sent) -> TryOutcome:
-    return await put(address, headers, data)
 
 
 def _read(path: Path, start: int, count: int) -> bytes:

@@ -4,7 +4,8 @@ A desk collects the surveys of ``--senders`` drones on the ground and of ``--fli
 simulated drone. Their stores grow and change all the time. Every 20 s one thing fails, by the seed: a daemon, the
 senders or the desk is killed by SIGKILL, the link to the desk loses all answers, or three connections in ten and is 2 s
 late, the desk's disk is full, the clock of the senders is an hour off, or the token of a drone is revoked. Then all is
-well again, and the desk's tables are compared with those of a desk to which nothing happened. A full disk needs root.
+well again, and the desk's tables are compared with those of a desk to which nothing happened, and a recording of each
+drone on the ground, which the desk asked for, with that drone's. A full disk needs root.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone, rotate, rotate_drone
 from hawk.webhooks.documents import desk_target
-from proving.chaos.drones import ChaosDrone, Difference, difference, reference
+from proving.chaos.drones import ChaosDrone, Difference, difference, other_recordings, reference
 from proving.chaos.link import HOST, Link, LinkState
 from proving.faults.disk import DiskError, OwnDisk
 from proving.faults.fault import When
@@ -155,6 +156,8 @@ class Chaos:
         self._count = senders
         self._flights = flights
         self.flights: list[Flight] = []
+        self.other_recordings = senders
+        self._not_asked = [*self._drones]
         self._desk = Program(
             ["hawk.cli", "desk", "--collect", "--store", str(folder / "desk"), "--port", str(self._port)],
             folder / "desk.log",
@@ -206,7 +209,7 @@ class Chaos:
         self._senders.command = ["proving.chaos.senders", str(self.folder / "drones"), url, str(self._count)]
         self._senders.environment = clock
         (self.folder / "desk").mkdir(exist_ok=True)
-        rotate(self.folder / "desk" / TOKEN_FILE, Role.OPERATOR)
+        self._operator = rotate(self.folder / "desk" / TOKEN_FILE, Role.OPERATOR)
         for number in range(self._flights):
             self.flights.append(self._flight(self._count + number, port))
         for drone in self.drones:
@@ -230,7 +233,24 @@ class Chaos:
             drone = self.rng.choice(self.drones)
             with contextlib.suppress(LotStoreError):  # a store that is busy
                 drone.change(self.rng, time.time())
+            await self._ask()
             await asyncio.sleep(CHANGE_S)
+
+    async def _ask(self) -> None:
+        """Ask a drone at the desk for the recording of its first survey; without an answer it is asked again later."""
+        if not self._not_asked:
+            return
+        drone = self._not_asked[0]
+        path = f"http://{HOST}:{self._port}/api/v1/surveys/{drone.first_survey()}/recordings/ask"
+        headers = {"Authorization": f"Bearer {self._operator}"}
+        with contextlib.suppress(aiohttp.ClientError, TimeoutError):
+            limit = aiohttp.ClientTimeout(total=5.0)
+            async with (
+                aiohttp.ClientSession(headers=headers, timeout=limit) as session,
+                session.post(path, json={"asked": True}) as answer,
+            ):
+                if answer.status == 200:
+                    self._not_asked.pop(0)
 
     async def _fail(self) -> None:
         faults: dict[str, Fault] = {
@@ -293,7 +313,7 @@ class Chaos:
         return mend
 
     async def _until_sent(self) -> None:
-        """Wait until the desk has every state. Raises BenchmarkError."""
+        """Wait until the desk has every state, and every recording. Raises BenchmarkError."""
         ends = time.monotonic() + LONGEST_S
         left = self.drones
         while left:
@@ -301,6 +321,10 @@ class Chaos:
             if left and time.monotonic() > ends:
                 names = ", ".join(drone.name for drone in left)
                 raise BenchmarkError(f"the desk lacks states of {names} after {LONGEST_S:g} s (logs in {self.folder})")
+            await asyncio.sleep(0.5)
+        while self.other_recordings and time.monotonic() < ends:
+            await self._ask()
+            self.other_recordings = other_recordings(self._drones, self.folder / "desk")
             await asyncio.sleep(0.5)
 
     def _target(self, drone: ChaosDrone) -> str:
@@ -327,6 +351,8 @@ def figures(chaos: Chaos, found: Difference, caught_up_s: float) -> list[Figure]
         Figure("doubled", "surveys and looks that the desk has twice", float(found.doubled), limit=none),
         Figure("other_rows", f"rows that differ: {dict(found.other_rows) or 'none'}",
                float(sum(found.other_rows.values())), limit=none),
+        Figure("recordings_other", "recordings that the desk was asked for and has otherwise, or not",
+               float(chaos.other_recordings), limit=none),
         Figure("catch_up_s", "seconds from the last fault until the desk had all", caught_up_s, "s"),
         *([Figure("tick_p99_ms", f"lag of a hovering daemon's loop, p99 of a minute, worst of {len(ticks)}",
                   ticks[-1], "ms", limit=Limit(highest=TICK_MS))] if ticks else []),

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from sqlalchemy import Connection, select
 
+from hawk.config.sections import StoreSettings
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import commands, outbox
 from hawk.lots.documents import parts, source, survey_document
@@ -22,9 +23,11 @@ from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.values import FinishedSurvey, LotInputError
 from hawk.model.plans import Outline
+from hawk.store.recordings import Recordings
 from proving.chaos.senders import TOKEN
 from tests.unit.lots.documents.tables import tables
 from tests.unit.lots.surveys import later, survey
+from tests.unit.store.recorded import recorded
 
 APART_DEG: Final = 0.02
 """Latitude between the lots of two drones: 2 km."""
@@ -33,6 +36,8 @@ TABLES: Final = ("lot", "layout", "zone", "section", "observation", "section_loo
 _NEW_SHARE: Final = 0.7
 """Share of changes that are a further survey."""
 _STALLS: Final = 40
+_SECONDS: Final = 2000
+"""Of a recording, 4 MB."""
 
 
 @dataclass
@@ -62,6 +67,8 @@ class ChaosDrone:
         with self.base.writing() as connection:
             if self.surveys == 0 or drawn < _NEW_SHARE:
                 self.surveys += 1
+                if self.surveys == 1:
+                    recorded(self.recording, self._name(1), range(_SECONDS), rng.randbytes(1000).hex())
                 save(connection, self._survey(self.surveys), find_stalls)
                 return
             row = connection.execute(select(SURVEY.c.id, SURVEY.c.lot).where(SURVEY.c.lot.is_not(None))).first()
@@ -78,12 +85,25 @@ class ChaosDrone:
         with self.base.reading() as connection:
             return outbox.due_state(connection, target, now) is None
 
+    @property
+    def recording(self) -> Path:
+        """The recording of the first survey."""
+        return Recordings(StoreSettings(directory=self.folder)).folder / f"20260501T10{self.number:02d}00Z.mcap"
+
+    def first_survey(self) -> str:
+        """Return the id of the survey that is recorded."""
+        with self.base.reading() as connection:
+            return str(connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars().first())
+
+    def _name(self, number: int) -> str:
+        return f"{self.number:02d}-{number:04d}"
+
     def _survey(self, number: int) -> FinishedSurvey:
         given = later(survey(stalls=_STALLS, seed=1000 * self.number + number), number, 2.0 * number)
         north = APART_DEG * self.number
         return replace(
             given,
-            name=f"{self.number:02d}-{number:04d}",
+            name=self._name(number),
             datum=replace(given.datum, latitude=given.datum.latitude + north),
             outline=_moved(given.outline, north),
             seen_ground=_moved(given.seen_ground, north),
@@ -92,6 +112,12 @@ class ChaosDrone:
 
 def _moved(outline: Outline, north: float) -> Outline:
     return Outline(tuple(tuple((a + north, b) for a, b in ring) for ring in outline.polygons))
+
+
+def other_recordings(drones: Sequence[ChaosDrone], desk: Path) -> int:
+    """Return the number of drones whose recording a desk, by its folder, has not byte for byte."""
+    here = Counter(path.read_bytes() for path in Recordings(StoreSettings(directory=desk)).folder.glob("*.mcap"))
+    return sum(here[drone.recording.read_bytes()] != 1 for drone in drones)
 
 
 def reference(drones: Sequence[ChaosDrone], path: Path) -> Database:

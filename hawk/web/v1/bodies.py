@@ -13,6 +13,7 @@ from hawk.formats.validation import FieldError
 from hawk.lots.answers import Count, Next, Shown, SpokenSentence, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE
+from hawk.store.recording_request import MOST_RECORDINGS
 from hawk.web.v1.parameters import Id
 from hawk.web.v1.unknown import PATTERNS
 
@@ -163,15 +164,15 @@ class Deleted(Shown):
     deleted: bool
 
 
-class AskRecordings(Given):
-    """Question for the recordings of a survey to the drone that sent it; false takes it back."""
+class RecordingRequest(Given):
+    """Request for the recordings of a survey; false takes it back."""
 
-    ask: bool
+    asked: bool
 
 
 class RecordingsOfSurvey(Shown):
     """Recordings of a survey that a drone sent. `drone`: its name; null: no drone has flown it and sent it here.
-    `received` of `bytes` are here; `problem`: why no more comes now.
+    `stored` of `bytes` are here; `problem`: why no more comes now.
     """
 
     survey: Id
@@ -180,30 +181,30 @@ class RecordingsOfSurvey(Shown):
         Literal["none", "asked", "coming", "here", "never", "gone"],
         Field(description="never: the drone's settings forbid it; gone: the drone has none of it"),
     ]
-    received: Count
+    stored: Count
     bytes: Count | None
     problem: str
 
 
-class OfferedFile(Given):
-    """A recording on a drone: name of its file, and size."""
+class FileOffer(Given):
+    """A recording on a drone."""
 
     name: Annotated[str, Field(pattern=f"^{PATTERNS['name']}$")]
     bytes: Annotated[int, Field(ge=1, le=2**53)]
 
 
 class RecordingOffer(Given):
-    """Recordings that a drone has of a survey. `answer`: never, its settings forbid to give them; gone, it has none."""
+    """Recordings that a drone has of a survey. `answer`: never, its settings forbid it; gone, it has none."""
 
-    recordings: Annotated[list[OfferedFile], Field(max_length=100)] = []
+    recordings: Annotated[list[FileOffer], Field(max_length=MOST_RECORDINGS)] = []
     answer: Literal["", "never", "gone"] = ""
 
 
 class RecordingState(Shown):
-    """A recording of which `received` of `bytes` are here: the next part begins there."""
+    """A recording of which `stored` of `bytes` are here: the next part begins there."""
 
     name: str
-    received: Count
+    stored: Count
     bytes: Count
 
 

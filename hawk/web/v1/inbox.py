@@ -24,7 +24,7 @@ from hawk.web.v1.answers import answered
 from hawk.web.v1.bodies import InboxFile
 from hawk.web.v1.changes import changed
 from hawk.web.v1.documents import checked_drone, sending
-from hawk.web.v1.incoming import FULL, receive, write_away
+from hawk.web.v1.file_transfer import FULL, receive, write_away
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.refusals import RefusedError
 

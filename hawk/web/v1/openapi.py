@@ -57,6 +57,7 @@ _FIELDS: Final = {
 _SCHEMAS: Final = "#/components/schemas/"
 _ANY_FILE: Final = "application/octet-stream"
 _TOKEN: Final = "token"  # noqa: S105 - the scheme's name
+FOR_DRONES: Final = "For drones."
 _ETAG: Final = {"description": "changes with every change of the store", "schema": {"type": "string"}}
 
 
@@ -113,7 +114,7 @@ def _described(operation: Operation) -> Described:
 
 def _for_whom(operation: Operation) -> str | None:
     if operation.for_drones:
-        return "For drones."
+        return FOR_DRONES
     return "For operators." if operation.is_change or operation.for_operators else None
 
 

@@ -20,28 +20,21 @@ from aiohttp import hdrs, web
 
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.runtime.late import late
-from hawk.store.recording_requests import (
-    NOTHING,
-    Cause,
-    OfferedRecording,
-    Part,
-    PartRefusedError,
-    PartWriter,
-    RecordingRequests,
-)
+from hawk.store.recording_request import NOTHING, Cause, OfferedRecording, Part, PartRefusedError
+from hawk.store.recording_requests import PartWriter, RecordingRequests
 from hawk.web.services import SERVICES
 from hawk.web.v1 import arrivals
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
 from hawk.web.v1.bodies import OfferState, RecordingOffer, RecordingsOfSurvey, RecordingState
 from hawk.web.v1.changes import Body, body_of, changed
 from hawk.web.v1.documents import NOT_HERE, checked_drone, sending
-from hawk.web.v1.incoming import FULL, receive, write_away
+from hawk.web.v1.file_transfer import FULL, receive, write_away
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.refusals import RefusedError
 
 if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots import queries
-    from hawk.lots.queries import FlownBy
+    from hawk.lots.queries import SurveyDrone
 else:
     queries = late("hawk.lots.queries")
 
@@ -82,8 +75,8 @@ async def ask(request: web.Request, body: Body) -> object:
     flown = await _flown_by(request)
     if flown is None:
         raise RefusedError(HTTPStatus.CONFLICT, "survey", NOT_FLOWN)
-    if body["ask"]:
-        await _on_disk(request, partial(requests.ask, survey, flown.drone, flown.journal, now_of(request)))
+    if body["asked"]:
+        await _on_disk(request, partial(requests.ask, survey, flown.name, flown.journal, now_of(request)))
     else:
         await _on_disk(request, partial(requests.take_back, survey))
     return await _state(request, survey, flown)
@@ -99,7 +92,7 @@ async def offer(request: web.Request) -> web.StreamResponse:
     work = partial(requests.offer, survey, drone, body.get("answer", ""), found)
     received = await _on_disk(request, work)
     _LOG.info("%s offers %d recordings of survey %s %s", drone, len(found), survey, body.get("answer", ""))
-    states = [RecordingState(name=each.name, received=received[each.name], bytes=each.bytes) for each in found]
+    states = [RecordingState(name=each.name, stored=received[each.name], bytes=each.bytes) for each in found]
     return changed(OfferState(survey=survey, recordings=states if received else []))
 
 
@@ -112,7 +105,7 @@ async def put_part(request: web.Request) -> web.StreamResponse:
     async with sending(request, drone, MOST_PARTS):
         writer = await _on_disk(request, partial(requests.begin, survey, drone, name, part))
         if writer is None:
-            return changed(RecordingState(name=name, received=part.end, bytes=part.size))
+            return changed(RecordingState(name=name, stored=part.end, bytes=part.size))
         try:
             await receive(request, lambda chunk: _on_disk(request, partial(writer.write, chunk)))
         finally:  # also of a lost connection: what came stays
@@ -120,7 +113,7 @@ async def put_part(request: web.Request) -> web.StreamResponse:
         is_whole = await _on_disk(request, partial(requests.finish, survey, writer.coming))
     if is_whole:
         await _note_whole(request, drone, writer)
-    return changed(RecordingState(name=name, received=writer.received, bytes=part.size))
+    return changed(RecordingState(name=name, stored=writer.received, bytes=part.size))
 
 
 async def _note_whole(request: web.Request, drone: str, writer: PartWriter) -> None:
@@ -136,19 +129,19 @@ def _requests(request: web.Request) -> RecordingRequests:
     return requests
 
 
-async def _flown_by(request: web.Request) -> FlownBy | None:
+async def _flown_by(request: web.Request) -> SurveyDrone | None:
     store, survey = await opened(request), request.match_info["id"]
     return await store.read(lambda connection: queries.flown_by(connection, survey))
 
 
-async def _state(request: web.Request, survey: str, flown: FlownBy | None) -> RecordingsOfSurvey:
+async def _state(request: web.Request, survey: str, flown: SurveyDrone | None) -> RecordingsOfSurvey:
     requests = request.app[SERVICES].recording_requests
     if requests is None or flown is None:
         found, drone = NOTHING, None
     else:
-        found, drone = await _on_disk(request, partial(requests.progress, survey)), flown.drone
+        found, drone = await _on_disk(request, partial(requests.progress, survey)), flown.name
     return RecordingsOfSurvey(
-        survey=survey, drone=drone, state=found.state, received=found.received, bytes=found.bytes,
+        survey=survey, drone=drone, state=found.state, stored=found.received, bytes=found.bytes,
         problem=found.problem,
     )  # fmt: skip
 

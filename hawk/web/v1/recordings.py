@@ -21,7 +21,7 @@ from hawk.web.services import SERVICES
 from hawk.web.v1.answers import Answer, answered, in_time, made
 from hawk.web.v1.bodies import Deleted, Kept, RecordedLot, Recording, RecordingList
 from hawk.web.v1.changes import Body
-from hawk.web.v1.incoming import write_away
+from hawk.web.v1.file_transfer import write_away
 from hawk.web.v1.parameters import Listed, Query, query_of
 from hawk.web.v1.refusals import RefusedError, check_operator
 

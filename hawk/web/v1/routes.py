@@ -10,7 +10,7 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
-from hawk.web.v1 import documents, films, incoming, plan_files, reports
+from hawk.web.v1 import documents, file_transfer, films, plan_files, reports
 from hawk.web.v1.answers import KEPT, OPENAPI, Answer, KeptAnswers, answered, base_of, made, text_of
 from hawk.web.v1.bounds import bounded
 from hawk.web.v1.parameters import Query, query_of
@@ -38,7 +38,7 @@ def add_routes(app: web.Application) -> None:
     app[KEPT] = KeptAnswers()
     plan_files.prepare(app)
     documents.prepare(app)
-    incoming.prepare(app)
+    file_transfer.prepare(app)
     reports.prepare(app)
     films.prepare(app)
     found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}

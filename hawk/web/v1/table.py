@@ -21,6 +21,7 @@ from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
+from hawk.store.recording_request import ASKED
 from hawk.web.v1 import (
     arrivals,
     bodies,
@@ -274,18 +275,17 @@ _RECORDINGS: Final = (
               RECORDINGS, films.picture, None, content_types=("image/jpeg",)),
     Operation("GET", "/recordings/{name}/film/maps/{number}", "film_map", "Stalls of a recording as they were known "
               "at a time", RECORDINGS, films.recorded_map, None, content_types=(GEOJSON,)),
-    Operation("GET", "/surveys/{id}/recordings", "recordings_of_survey", "How far the recordings of a survey that a "
-              "drone sent are at this desk", RECORDINGS, recording_requests.read, bodies.RecordingsOfSurvey),
-    _post("/surveys/{id}/recordings/ask", "ask_recordings", "Ask the drone that sent a survey for its recordings, "
-          "or take that back", RECORDINGS, recording_requests.ask, bodies.AskRecordings, bodies.RecordingsOfSurvey,
+    Operation("GET", "/surveys/{id}/recordings", "recordings_of_survey", "Recordings of a drone's survey, as far as "
+              "they came", RECORDINGS, recording_requests.read, bodies.RecordingsOfSurvey),
+    _post("/surveys/{id}/recordings/ask", "ask_recordings", "Ask the drone of a survey for its recordings, or not",
+          RECORDINGS, recording_requests.ask, bodies.RecordingRequest, bodies.RecordingsOfSurvey,
           recording_requests.FOR_OPERATORS),
-    Operation("PUT", "/surveys/{id}/recordings", "offer_recordings", "Say which recordings of a survey the drone has; "
-              f"the header `{documents.ASKED}` of changed lots names the surveys that are asked for", RECORDINGS,
+    Operation("PUT", "/surveys/{id}/recordings", "offer_recordings", "Say which recordings there are of a survey that "
+              f"the header `{ASKED}` of changed lots names", RECORDINGS,
               recording_requests.offer, bodies.OfferState, body=bodies.RecordingOffer, for_drones=True),
-    Operation("PUT", "/surveys/{id}/recordings/{name}", "put_recording_part", "Send a part of a recording: "
-              "`Content-Range` says which (RFC 9110, 14.5), `Repr-Digest` has the SHA-256 of the whole (RFC 9530); 409 "
-              "where another part comes next, 507 without room", RECORDINGS, recording_requests.put_part,
-              bodies.RecordingState, takes_file=True, for_drones=True),
+    Operation("PUT", "/surveys/{id}/recordings/{name}", "put_recording_part", "Send a part of one: "
+              "`Content-Range` (RFC 9110), and `Repr-Digest` of the whole (RFC 9530)", RECORDINGS,
+              recording_requests.put_part, bodies.RecordingState, takes_file=True, for_drones=True),
     _post("/recordings/{name}/keep", "keep_recording", "Set the mark of a recording, or take it away", RECORDINGS,
           recordings.keep, bodies.Keep, bodies.Kept, recordings.FOR_OPERATORS),
     _post("/recordings/{name}/delete", "delete_recording", "Delete a recording, while no drone flies", RECORDINGS,
@@ -312,9 +312,8 @@ _FEEDS: Final = (
               "refused, the newest first", SURVEYS,
               arrivals.for_operators(reader(parameters.Arrivals, reads.arrivals)), ArrivalList,
               parameters.Arrivals, for_operators=True),
-    Operation("PUT", "/surveys/{id}/document", "put_document", "Send a survey as a document, packed by gzip, to a desk "
-              "that collects; an earlier state changes nothing", SURVEYS, documents.put, bodies.SurveyState,
-              body=SurveyDocument, body_type=documents.GZIP, for_drones=True),
+    Operation("PUT", "/surveys/{id}/document", "put_document", "Send a survey as such a document", SURVEYS,
+              documents.put, bodies.SurveyState, body=SurveyDocument, body_type=documents.GZIP, for_drones=True),
     Operation("PUT", "/lots/{id}/document", "put_lot_document", "Send a lot with its plan as a document, packed by "
               "gzip, to a desk that collects; an earlier state changes nothing", LOTS, documents.put_lot,
               bodies.LotState, body=LotDocument, body_type=documents.GZIP, for_drones=True),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from pathlib import Path
 
 import pytest
@@ -74,3 +75,13 @@ def test_a_length_that_the_file_cannot_have_takes_no_memory(tmp_path: Path) -> N
     path.write_bytes(data[:8] + b"\x01" + (1 << 27).to_bytes(8, "little") + data[17:])
     with pytest.raises(RecordingError, match="has no metadata"):
         read_metadata(path)
+
+
+def test_a_summary_of_gigabytes_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "r.mcap"
+    with path.open("wb") as file:
+        file.write(b"\x89MCAP0\r\n")
+        file.seek(3_000_000_000)  # a hole: no byte of it is on the disk
+        file.write(struct.pack("<BQQQI", 2, 20, 8, 0, 0) + b"\x89MCAP0\r\n")
+    with pytest.raises(mcap_records.TooLargeError, match="its summary has 3,000 MB"):
+        mcap_records.statistics_of(path)

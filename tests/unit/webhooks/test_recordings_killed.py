@@ -100,7 +100,7 @@ async def test_a_recording_is_the_same_after_both_ends_were_killed(tmp_path: Pat
         for name in ("desk", "sender"):
             await programs.start(name)
         path = f"api/v1/surveys/{named}/recordings/ask"
-        await eventually(lambda: programs.answered(operator, "POST", path, ask=True))
+        await eventually(lambda: programs.answered(operator, "POST", path, asked=True))
         reached = 0
         for name in ("sender", "desk"):
             await until(partial(is_more, reached), PATIENCE_S)

@@ -808,19 +808,19 @@ export interface RecordingList {
   next: string | null;
 }
 
-/** A recording of which `received` of `bytes` are here: the next part begins there. */
+/** A recording of which `stored` of `bytes` are here: the next part begins there. */
 export interface RecordingState {
   name: string;
-  received: number;
+  stored: number;
   bytes: number;
 }
 
-/** Recordings of a survey that a drone sent. `drone`: its name; null: no drone has flown it and sent it here. `received` of `bytes` are here; `problem`: why no more comes now. */
+/** Recordings of a survey that a drone sent. `drone`: its name; null: no drone has flown it and sent it here. `stored` of `bytes` are here; `problem`: why no more comes now. */
 export interface RecordingsOfSurvey {
   survey: string;
   drone: string | null;
   state: "none" | "asked" | "coming" | "here" | "never" | "gone";
-  received: number;
+  stored: number;
   bytes: number | null;
   problem: string;
 }

@@ -7,7 +7,7 @@ import { inFrench } from "./french.ts";
 import { words } from "./stage.ts";
 
 const SURVEY = "00000000-0000-4000-8000-00000000000a";
-const NONE: RecordingsOfSurvey = { survey: SURVEY, drone: "<b>Drone 1</b>", state: "none", received: 0, bytes: null, problem: "" };
+const NONE: RecordingsOfSurvey = { survey: SURVEY, drone: "<b>Drone 1</b>", state: "none", stored: 0, bytes: null, problem: "" };
 
 describe("recordings that a desk asks a drone for", () => {
   const before = globalThis.fetch;
@@ -62,11 +62,11 @@ describe("recordings that a desk asks a drone for", () => {
     assert.equal(await shown({}), "Ask for the recording");
     view.querySelector("button")!.click();
     assert.match(await drawn(), /is asked for the recording[^]*Ask no more/);
-    assert.deepEqual(sent, [`api/v1/surveys/${SURVEY}/recordings/ask {"ask":true}`]);
+    assert.deepEqual(sent, [`api/v1/surveys/${SURVEY}/recordings/ask {"asked":true}`]);
     assert.equal(view.querySelector("b"), null, "a name of a drone is text");
-    assert.match(await later({ state: "coming", received: 1_000_000, bytes: 4_000_000, problem: "The disk is full" }), /1(\.0)? MB of 4(\.0)? MB[^]*The disk is full/);
+    assert.match(await later({ state: "coming", stored: 1_000_000, bytes: 4_000_000, problem: "The disk is full" }), /1(\.0)? MB of 4(\.0)? MB[^]*The disk is full/);
     assert.equal(changes, 0);
-    assert.equal(await later({ state: "here", received: 4_000_000, bytes: 4_000_000 }), "");
+    assert.equal(await later({ state: "here", stored: 4_000_000, bytes: 4_000_000 }), "");
     assert.equal(changes, 1);
   });
 

@@ -25,9 +25,10 @@ from tests.sweep import sweep
 from tests.unit.lots.plan_import.imports import drawn, geojson
 from tests.unit.lots.repaints import extra, flown
 from tests.unit.lots.surveys import later, survey
+from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.v1.archive import NOWHERE, Archive
-from tests.unit.web.v1.test_recordings import FIRST, SECOND, recorded
+from tests.unit.web.v1.test_recordings import FIRST, SECOND
 
 CHANGES = [each for each in OPERATIONS if each.is_change and not each.for_drones]
 CORNERS = [[51.99985, 4.9999], [51.99985, 5.001], [51.99996, 5.001], [51.99996, 4.9999]]

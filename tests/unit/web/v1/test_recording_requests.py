@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hawk.store.recording_request import ASKED
 
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import StoreSettings
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone
-from hawk.web.v1.documents import ASKED
 from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig
 from tests.unit.web.v1.centre import ONE, OTHER, Centre
@@ -46,14 +46,14 @@ class Asking:
 
     async def ask(self, ask: bool = True, role: Role = Role.OPERATOR) -> tuple[int, dict[str, Any]]:
         path = self.centre.url(f"/api/v1/surveys/{self.survey}/recordings/ask")
-        async with await self.centre.stand.tool(role) as person, person.post(path, json={"ask": ask}) as answer:
+        async with await self.centre.stand.tool(role) as person, person.post(path, json={"asked": ask}) as answer:
             return answer.status, await answer.json()
 
     async def state(self) -> tuple[str, int, int | None]:
         path = self.centre.url(f"/api/v1/surveys/{self.survey}/recordings")
         async with await self.centre.stand.tool(Role.VIEWER) as person, person.get(path) as answer:
             found = await answer.json()
-            return found["state"], found["received"], found["bytes"]
+            return found["state"], found["stored"], found["bytes"]
 
     async def waiting(self, drone: str = ONE) -> str | None:
         """Return the header by which a drone learns what is asked for."""
@@ -116,11 +116,11 @@ async def test_a_recording_comes_by_parts_when_it_is_asked_for(asking: Asking) -
     assert (status, answer["state"], answer["drone"]) == (200, "asked", ONE)
     assert (await asking.waiting(), await asking.waiting(OTHER)) == (asking.survey, None)
     size = len(asking.data)
-    assert (await asking.offer(size))[1]["recordings"] == [{"name": NAME, "received": 0, "bytes": size}]
-    assert (await asking.part(0, 1000))[1]["received"] == 1000
+    assert (await asking.offer(size))[1]["recordings"] == [{"name": NAME, "stored": 0, "bytes": size}]
+    assert (await asking.part(0, 1000))[1]["stored"] == 1000
     assert await asking.state() == ("coming", 1000, size)
-    assert (await asking.part(0, 1000))[1]["received"] == 1000, "a part that comes twice changes nothing"
-    assert (await asking.offer(size))[1]["recordings"][0]["received"] == 1000
+    assert (await asking.part(0, 1000))[1]["stored"] == 1000, "a part that comes twice changes nothing"
+    assert (await asking.offer(size))[1]["recordings"][0]["stored"] == 1000
     assert (await asking.part(1000, size))[0] == 200
     assert await asking.state() == ("here", size, size)
     assert asking.files() == {NAME: asking.data}

@@ -17,8 +17,8 @@ export class AskedRecordings extends View {
   private readonly found = new Asked<RecordingsOfSurvey>(this);
   private looks = 0;
   private timer: ReturnType<typeof setTimeout> | undefined;
-  /** The survey that was seen on its way. */
-  private onItsWay = "";
+  /** The survey that was seen asked for. */
+  private wasAsked = "";
 
   override willUpdate(): void {
     this.found.ask(`${this.survey} ${this.revision} ${this.looks}`, () => read(`${API}/surveys/${this.survey}/recordings`), this.survey);
@@ -29,13 +29,13 @@ export class AskedRecordings extends View {
     if (waiting || value === null) return;
     clearTimeout(this.timer);
     if (isAsked(value)) {
-      this.onItsWay = value.survey;
+      this.wasAsked = value.survey;
       this.timer = setTimeout(() => {
         this.looks++;
         if (this.isConnected) this.requestUpdate();
       }, AGAIN_MS);
-    } else if (value.state === "here" && this.onItsWay === value.survey) {
-      this.onItsWay = "";
+    } else if (value.state === "here" && this.wasAsked === value.survey) {
+      this.wasAsked = "";
       this.changed(); // it can be watched now
     }
   }
@@ -57,7 +57,7 @@ export class AskedRecordings extends View {
 
   private async want(ask: boolean): Promise<void> {
     try {
-      await post(`surveys/${this.survey}/recordings/ask`, { ask });
+      await post(`surveys/${this.survey}/recordings/ask`, { asked: ask });
     } catch (error) {
       this.said(wordsOf(error));
     }
@@ -70,7 +70,7 @@ function isAsked({ state }: RecordingsOfSurvey): boolean {
   return state === "asked" || state === "coming";
 }
 
-function wordsFor({ state, received, bytes: size }: RecordingsOfSurvey, drone: string): string {
-  if (state === "coming") return say("asked-recordings-coming", { received: bytes(received), size: bytes(size ?? received), drone });
+function wordsFor({ state, stored, bytes: size }: RecordingsOfSurvey, drone: string): string {
+  if (state === "coming") return say("asked-recordings-coming", { received: bytes(stored), size: bytes(size ?? stored), drone });
   return state === "asked" || state === "never" || state === "gone" ? say(`asked-recordings-${state}`, { drone }) : "";
 }

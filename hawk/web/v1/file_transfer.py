@@ -1,4 +1,4 @@
-"""Files that come to a desk in the body of a request, piece by piece, and the thread that writes them.
+"""Transfer of files that come to a desk in the body of a request, and the thread that writes them.
 
 A sender that falls silent is given up. In memory is one piece.
 """
@@ -18,7 +18,7 @@ SILENCE_S: Final = 60.0
 CHUNK_BYTES: Final = 256 * 1024
 FULL: Final = frozenset((errno.ENOSPC, errno.EDQUOT))
 """Errors of a disk that has no room."""
-_WRITER: Final = web.AppKey("incoming_writer", ThreadPoolExecutor)
+_WRITER: Final = web.AppKey("file_transfer", ThreadPoolExecutor)
 T = TypeVar("T")
 
 
@@ -46,6 +46,6 @@ async def receive(request: web.Request, write: Callable[[bytes], Awaitable[objec
 
 
 async def _writer(app: web.Application) -> AsyncIterator[None]:
-    with ThreadPoolExecutor(1, thread_name_prefix="web-incoming") as executor:
+    with ThreadPoolExecutor(1, thread_name_prefix="web-file-transfer") as executor:
         app[_WRITER] = executor
         yield
