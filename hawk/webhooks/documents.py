@@ -31,9 +31,10 @@ from hawk.model.operation import Level
 from hawk.model.sentences import Sentence, say
 from hawk.runtime.late import late
 from hawk.runtime.process import set_niceness
+from hawk.store.recording_request import ASKED
 from hawk.store.recordings import Recordings
 from hawk.webhooks.delivery import WARNED_AT, SenderTimes, TryOutcome, keep_sending, tried
-from hawk.webhooks.recordings import ASKED, LOOKS, PART_S, RecordingSender, Sent
+from hawk.webhooks.recordings import LOOKS, PART_S, RecordingSender, Sent
 from hawk.webhooks.sender import target_of
 
 if TYPE_CHECKING:

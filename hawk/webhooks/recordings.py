@@ -26,6 +26,7 @@ from hawk.lots.store import LotStore
 from hawk.lots.values import NotFoundError
 from hawk.runtime.late import late
 from hawk.runtime.supervision import done_while
+from hawk.store.recording_request import MOST_ASKED, MOST_RECORDINGS
 from hawk.store.recordings import NotThatRecordingError, Recordings
 from hawk.webhooks.delivery import SenderTimes, TryOutcome
 
@@ -36,8 +37,6 @@ else:
 
 _LOG = logging.getLogger(__name__)
 
-ASKED: Final = "Hawk-Recordings"
-"""Header of the desk's answer: ids of surveys whose recordings it asks for (`hawk.web.v1.documents`)."""
 LOOKS: Final = (1, 2, 4, 6)
 """Intervals of looks between tries while the desk is not there; the last one is that of every later try."""
 REFUSED_LOOKS: Final = 360
@@ -53,7 +52,6 @@ PART_S: Final = 60.0
 DIGEST_S: Final = 0.5
 """Real seconds for which a file is read for its digest before the next look at documents and motors."""
 CHUNK_BYTES: Final = 64 * 1024
-MOST_ASKED: Final = 16
 _ID: Final = re.compile(r"[0-9a-f-]{36}")
 _HASHED: Final = 1024 * 1024
 _OVER: Final = (HTTPStatus.FORBIDDEN, HTTPStatus.NOT_FOUND, HTTPStatus.GONE)
@@ -129,7 +127,7 @@ class RecordingSender:
         self._digest = _Digest(("", 0, 0))
 
     def ask(self, header: str) -> None:
-        """Take in what the desk asks for now: ids of surveys, as `ASKED` has them."""
+        """Take in what the desk asks for now: ids of surveys, as the header has them."""
         ids = [each for each in header.replace(",", " ").split() if _ID.fullmatch(each)][:MOST_ASKED]
         self._asked = {each: self._asked.get(each) or _Asked(each) for each in ids}
 
@@ -191,7 +189,7 @@ class RecordingSender:
                         found.append(_File(folder.complete(one.name), one.bytes))
                 except NotThatRecordingError:  # deleted meanwhile
                     continue
-            return found
+            return found[:MOST_RECORDINGS]
 
         files: list[_File] = await self._elsewhere(read)
         return files
@@ -222,6 +220,8 @@ class RecordingSender:
             file.received = _Stored.model_validate_json(outcome.data).stored
         except ValidationError as error:
             return self._failed(asked, TryOutcome(0, f"answered what is no state of a recording: {error}"))
+        if file.received >= file.size:
+            _LOG.info("collect: recording %s of survey %s is at the desk", file.path.name, asked.survey)
         asked.tries = 0
         paced = (end - start) * WANTED_S / max(time.monotonic() - began, 0.01)
         self._part = round(min(max(paced, LEAST_PART), 2 * self._part, LARGEST_PART))

@@ -13,6 +13,7 @@ from hawk.formats.validation import FieldError
 from hawk.lots.answers import Count, Next, Shown, SpokenSentence, Utc
 from hawk.lots.plan.operations import Operation
 from hawk.lots.values import LONGEST_NAME, LONGEST_ZONE
+from hawk.store.recording_request import MOST_RECORDINGS
 from hawk.web.v1.parameters import Id
 from hawk.web.v1.unknown import PATTERNS
 
@@ -195,7 +196,7 @@ class FileOffer(Given):
 class RecordingOffer(Given):
     """Recordings that a drone has of a survey. `answer`: never, its settings forbid it; gone, it has none."""
 
-    recordings: Annotated[list[FileOffer], Field(max_length=100)] = []
+    recordings: Annotated[list[FileOffer], Field(max_length=MOST_RECORDINGS)] = []
     answer: Literal["", "never", "gone"] = ""
 
 

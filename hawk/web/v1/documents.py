@@ -19,6 +19,7 @@ from aiohttp import hdrs, web
 from hawk.lots.documents.parts import LARGEST_BYTES
 from hawk.lots.store import FILE_S, LotStore
 from hawk.runtime.late import late
+from hawk.store.recording_request import ASKED, MOST_ASKED
 from hawk.web.access.access import access_of
 from hawk.web.access.guesses import TokenGuesses, is_loopback_peer
 from hawk.web.access.proxied import forwarding_header, is_secure
@@ -60,9 +61,6 @@ REFUSED: Final = web.AppKey("refused_arrivals", TokenGuesses)
 """Documents, files and requests of each drone that were refused for what they are; each makes the next one wait."""
 MOST_SENT: Final = 8
 """Documents and files that are received at once; a document takes 32 MB of memory at most."""
-ASKED: Final = "Hawk-Recordings"
-"""Header: ids of surveys whose recordings the desk asks the drone of the token for."""
-MOST_ASKED: Final = 16
 _READ: Final = re.compile(f"{ROOT}/lots(/(?!.*/shares$).*)?")
 _WRITTEN: Final = re.compile(
     f"{ROOT}/(?:(?P<kind>survey|lot)s/(?P<id>{PATTERNS['id']})/document|inbox/(?P<file>[^/]+)"

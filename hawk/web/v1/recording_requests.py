@@ -20,15 +20,8 @@ from aiohttp import hdrs, web
 
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.runtime.late import late
-from hawk.store.recording_requests import (
-    NOTHING,
-    Cause,
-    OfferedRecording,
-    Part,
-    PartRefusedError,
-    PartWriter,
-    RecordingRequests,
-)
+from hawk.store.recording_request import NOTHING, Cause, OfferedRecording, Part, PartRefusedError
+from hawk.store.recording_requests import PartWriter, RecordingRequests
 from hawk.web.services import SERVICES
 from hawk.web.v1 import arrivals
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened

@@ -21,6 +21,7 @@ from hawk.stats import answers as figures
 from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
+from hawk.store.recording_request import ASKED
 from hawk.web.v1 import (
     arrivals,
     bodies,
@@ -273,7 +274,7 @@ _RECORDINGS: Final = (
           RECORDINGS, recording_requests.ask, bodies.RecordingRequest, bodies.RecordingsOfSurvey,
           recording_requests.FOR_OPERATORS),
     Operation("PUT", "/surveys/{id}/recordings", "offer_recordings", "Say which recordings there are of a survey that "
-              f"the header `{documents.ASKED}` of changed lots names", RECORDINGS,
+              f"the header `{ASKED}` of changed lots names", RECORDINGS,
               recording_requests.offer, bodies.OfferState, body=bodies.RecordingOffer, for_drones=True),
     Operation("PUT", "/surveys/{id}/recordings/{name}", "put_recording_part", "Send a part of one: "
               "`Content-Range` (RFC 9110), and `Repr-Digest` of the whole (RFC 9530)", RECORDINGS,

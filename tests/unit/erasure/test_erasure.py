@@ -26,7 +26,8 @@ from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.poses import GlobalPose
-from hawk.store.recording_requests import OfferedRecording, Part, RecordingRequests
+from hawk.store.recording_request import OfferedRecording, Part
+from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import MARK, Recordings
 from hawk.store.replay import METADATA
 from hawk.store.store_lock import FILE as RUNNING

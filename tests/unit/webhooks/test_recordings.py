@@ -2,11 +2,13 @@ from __future__ import annotations
 
 import asyncio
 import time
+from functools import partial
 
 import pytest
 
 from hawk.webhooks import recordings
-from tests.unit.comm.waiting import until
+from tests.pace import PATIENCE_S
+from tests.unit.comm.waiting import until as until_true
 from tests.unit.lots.surveys import later, survey
 from tests.unit.store.recorded import recorded
 from tests.unit.webhooks.lines import ONE, Line, running
@@ -14,6 +16,10 @@ from tests.unit.webhooks.lines import ONE, Line, running
 NAME = "20260501T100000Z.mcap"
 SMALL = 64_000
 """Bytes of a part in tests that come between two of them."""
+
+
+until = partial(until_true, timeout_s=PATIENCE_S)
+"""The threads of stores step back behind all else on this computer."""
 
 
 class Asked:

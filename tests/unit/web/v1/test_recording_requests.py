@@ -13,10 +13,10 @@ import pytest
 
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import StoreSettings
+from hawk.store.recording_request import ASKED
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone
-from hawk.web.v1.documents import ASKED
 from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig
 from tests.unit.web.v1.centre import ONE, OTHER, Centre
