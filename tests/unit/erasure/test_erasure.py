@@ -10,7 +10,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hawk.store.recording_request import OfferedRecording, Part
 from mcap.writer import Writer
 
 from hawk.cli import main
@@ -27,6 +26,7 @@ from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.poses import GlobalPose
+from hawk.store.recording_request import OfferedRecording, Part
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import MARK, Recordings
 from hawk.store.replay import METADATA

@@ -4,11 +4,11 @@ import hashlib
 from pathlib import Path
 
 import pytest
-from hawk.store.recording_request import OfferedRecording, Part, PartRefusedError
 from hypothesis import given
 from hypothesis import strategies as st
 
 from hawk.config.sections import StoreSettings
+from hawk.store.recording_request import OfferedRecording, Part, PartRefusedError
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from tests.unit.store.recorded import recorded

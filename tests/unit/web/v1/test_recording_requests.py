@@ -14,6 +14,7 @@ from hawk.store.recording_request import ASKED
 
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import StoreSettings
+from hawk.store.recording_request import ASKED
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone
