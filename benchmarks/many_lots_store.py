@@ -26,7 +26,7 @@ from hawk.lots.ingest import save
 from hawk.lots.outlines import outline_json, outline_of, pack_outline, unpack_outline
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import about, ring_on_earth
-from hawk.lots.schema import METADATA
+from hawk.lots.schema import METADATA, PARTS
 from hawk.lots.storage.database import Database, make
 from hawk.lots.storage.digests import Part, digest_of, selections
 from hawk.model.plans import Outline
@@ -43,11 +43,12 @@ _SURVEYED: Final = {
     "observation": 2,
     "looks": 1,
     "outbox": 1,
-    "newest": 1,
+    "last_survey": 1,
 }
 """Tables that are copied, in the order of their references. 2: survey by survey, so that no row is sorted."""
 _SURVEYS: Final = (
-    ("survey", "seq"), ("observation", "survey"), ("looks", "survey"), ("stall", "first_survey"), ("newest", "survey"),
+    ("survey", "seq"), ("observation", "survey"), ("looks", "survey"), ("stall", "first_survey"),
+    ("last_survey", "survey"),
 )  # fmt: skip
 _STALLS: Final = (("stall", "key"), ("observation", "stall"))
 _LOTS_A_ROW: Final = 100
@@ -174,9 +175,10 @@ def _moved(given: str | bytes, datum: tuple[float, float], place: tuple[float, f
 
 def _seal(store: sqlite3.Connection) -> None:
     """Store the digests of all parts."""
-    for kind, key in (("lot", "id"), ("outbox", "seq"), ("survey", "seq"), ("newest", "lot")):
+    for kind in ("lot", "outbox", "survey", "last"):
+        table, key = next(iter(PARTS[kind].items()))
         asked = selections(store, kind)
-        rows = store.execute(f"SELECT {key} FROM main.{kind} ORDER BY {key}")  # noqa: S608 - our own words
+        rows = store.execute(f"SELECT {key} FROM main.{table} ORDER BY {key}")  # noqa: S608 - our own words
         while some := rows.fetchmany(_AT_ONCE):
             store.executemany(
                 "INSERT INTO main.digest (part, key, digest) VALUES (?, ?, ?)",

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Row, select
 from hawk.lots.queries import NextDue, never_due
 from hawk.lots.rows import readable
 from hawk.lots.schema import LOT
-from hawk.lots.survey.newest import Newest, newest_of
+from hawk.lots.survey.last_surveys import LastSurvey, last_surveys_of
 from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import utc
 
@@ -38,7 +38,7 @@ def lot_places(
     `hawk.web.v1.features.answers.LotPlaces` says; a damaged lot or survey is passed over. ``of``: conditions of lots.
     """
     rows = connection.execute(_LOTS.where(*of)).all()
-    newest = newest_of(connection, [row.id for row in rows])
+    newest = last_surveys_of(connection, [row.id for row in rows])
     zones = time_zones_of(connection, [row._mapping for row in rows])
     surveyed = ((lot, of) for lot, of in newest.items() if of.survey is not None)
     surveys = dict(readable(_survey_values, surveyed))
@@ -55,6 +55,6 @@ def lot_places(
     return dict(zip(_NAMES, map(list, zip(*found, strict=True)) if found else [[] for _ in _NAMES], strict=True))
 
 
-def _survey_values(newest: tuple[str, Newest | Row[Any]]) -> tuple[str, tuple[Any, ...]]:
+def _survey_values(newest: tuple[str, LastSurvey | Row[Any]]) -> tuple[str, tuple[Any, ...]]:
     lot, of = newest
     return lot, (of.survey_id, utc(of.ended or 0.0), of.free, of.taken, of.unknown, of.drone)

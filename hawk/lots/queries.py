@@ -33,7 +33,7 @@ from hawk.lots.schema import CHANGE, DOCUMENT, LOT, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.counts import counts_of, found_by
-from hawk.lots.survey.newest import COUNTS, newest_of
+from hawk.lots.survey.last_surveys import COUNTS, last_surveys_of
 from hawk.lots.survey.order import is_sure
 from hawk.lots.survey.source import SOURCE_COLUMNS, SurveyKind, source_json
 from hawk.lots.time_zone import time_zones_of
@@ -178,7 +178,7 @@ def never_due(*_: object) -> None:
 
 def listed_lots(connection: Connection, rows: Sequence[_Shown], due: NextDue = never_due) -> list[ListedLot]:
     """Return lots of the table with their numbers of stalls, sections and surveys, and the newest survey of each."""
-    newest = newest_of(connection, [row["id"] for row in rows])
+    newest = last_surveys_of(connection, [row["id"] for row in rows])
     counts = {each.survey: {name: getattr(each, name) for name in COUNTS} for each in newest.values()}
     shown = connection.execute(_AMONG_SURVEYS, {"among": json.dumps([*counts])}).mappings().all()
     pairs = ((row, counts[row["seq"]]) for row in shown)

@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 9
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "9c0dcfd78dd9c8b95f19db5d482ec7ef"
+SCHEMA: Final = "d7d78705a622101e95818fd7bb8811cb"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -142,8 +142,8 @@ FORMER: Final = Table(
     sqlite_with_rowid=False,
 )
 """Stalls as they were in the layout versions before ``ends``, back to the row of the next smaller ``ends``."""
-NEWEST: Final = Table(
-    "newest",
+LAST_SURVEY: Final = Table(
+    "last_survey",
     METADATA,
     Column("lot", ForeignKey("lot.id", ondelete="CASCADE"), primary_key=True),
     Column("stalls", Integer),
@@ -159,10 +159,10 @@ NEWEST: Final = Table(
     Column("unknown", Integer),
     Column("been", Float),
     Column("to_come", Float),
-    Index("ix_newest_open", "lot", sqlite_where=text("stalls IS NULL OR to_come IS NOT NULL")),
+    Index("ix_last_survey_open", "lot", sqlite_where=text("stalls IS NULL OR to_come IS NOT NULL")),
 )
-"""Newest surveys of lots with their counts (`hawk.lots.survey.newest`), which follow from other rows. All NULL: a part
-of the store that they follow from has changed, as triggers note."""
+"""Newest surveys of lots with their counts (`hawk.lots.survey.last_surveys`), which follow from other rows. All NULL: a
+part of the store that they follow from has changed, as triggers note."""
 LABEL: Final = Table(
     "label",
     METADATA,
@@ -429,6 +429,6 @@ PARTS: Final[Mapping[str, Mapping[str, str]]] = {
     "lot": {"lot": "id", **dict.fromkeys(_LOT_TABLES, "lot")},
     "change": {"change": "seq"},
     "outbox": {"outbox": "seq", "delivery": "message"},
-    "newest": {"newest": "lot"},
+    "last": {"last_survey": "lot"},
 }
 """Kind of a part of the store, which has one digest -> its tables, with the column that is its key."""

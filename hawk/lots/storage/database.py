@@ -27,7 +27,7 @@ from hawk.lots.schema import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
 from hawk.lots.storage.digests import Part, note_damaged, pass_over, seal, seal_everything, words_of
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
-from hawk.lots.survey import newest
+from hawk.lots.survey import last_surveys
 from hawk.lots.values import LotStoreError, StoreBusyError, StoreFullError
 from hawk.runtime.files import sync_folder
 from hawk.runtime.late import late
@@ -66,7 +66,7 @@ class Database:
 
     ``is_read_only``: it is of a newer version, or damaged as a whole, named in ``notice``. ``damaged``: parts that
     readers pass over, named in ``damage`` and ``notice``. ``is_searched``: set when no more damage is searched for.
-    ``has_more_newest``: rows of `hawk.lots.survey.newest` may be left for the next transactions.
+    ``has_more_newest``: rows of `hawk.lots.survey.last_surveys` may be left for the next transactions.
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class Database:
                 note_damaged(connection, self.damaged)
                 yield connection
                 if not self.damaged:
-                    self.has_more_newest = newest.renew(connection)
+                    self.has_more_newest = last_surveys.renew(connection)
                 seal(_raw(connection), self.damaged)
             self.put_into_file()
 

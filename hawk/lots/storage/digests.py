@@ -32,9 +32,9 @@ _CHECKED: Final = "hawk.lots.checked"
 _CODES: Final[Mapping[type, str]] = {float: "d", int: "q"}
 """Codes of `struct`."""
 _NUMBERED: Final = ("survey", "change", "outbox")
-_NEWEST: Final = "newest"
+_LAST: Final = "last"
 _FOLLOWED: Final = {"lot", "survey"}
-"""Kinds that `_NEWEST` follows from: where one is damaged, it is not known which lots it was of."""
+"""Kinds that `_LAST` follows from: where one is damaged, it is not known which lots it was of."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -142,7 +142,7 @@ _NAMES: Final = {
     "survey": ("SELECT id, ended FROM main.survey WHERE seq = ?", "survey"),
     "lot": ("SELECT name, made FROM main.lot WHERE id = ?", "lot"),
 }
-_OTHERS: Final = {"change": "change", "outbox": "message to a receiver", "newest": "counts kept of the lot"}
+_OTHERS: Final = {"change": "change", "outbox": "message to a receiver", "last": "counts kept of the lot"}
 
 
 def _name(store: sqlite3.Connection, part: Part) -> str:
@@ -163,10 +163,10 @@ def pass_over(store: sqlite3.Connection, parts: Collection[Part]) -> None:
     store.execute("CREATE TEMP TABLE damaged (part TEXT, key TEXT, PRIMARY KEY (part, key)) WITHOUT ROWID")
     store.executemany("INSERT INTO temp.damaged VALUES (?, ?)", [(part.kind, part.key) for part in parts])
     kinds = {part.kind for part in parts} & PARTS.keys()
-    for kind in kinds | {_NEWEST}:
+    for kind in kinds | {_LAST}:
         is_damaged = f"CAST({{key}} AS TEXT) IN (SELECT key FROM temp.damaged WHERE part = '{kind}')"  # noqa: S608
         for table, key in PARTS[kind].items():
-            hidden = "true" if kind == _NEWEST and kinds & _FOLLOWED else is_damaged.format(key=key)
+            hidden = "true" if kind == _LAST and kinds & _FOLLOWED else is_damaged.format(key=key)
             store.execute(f"CREATE TEMP VIEW {table} AS SELECT * FROM main.{table} WHERE NOT {hidden}")  # noqa: S608
 
 

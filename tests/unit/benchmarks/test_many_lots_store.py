@@ -97,7 +97,7 @@ def stores(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 def test_a_table_written_in_bulk_is_that_of_surveys_stored_one_by_one(stores: tuple[Path, Path], table: str) -> None:
     each, bulk = (_rows(path, table) for path in stores)
     assert bulk == each
-    filled = ("lot", "layout", "plan", "survey", "stall", "observation", "looks", "outbox", "digest", "newest")
+    filled = ("lot", "layout", "plan", "survey", "stall", "observation", "looks", "outbox", "digest", "last_survey")
     assert bool(bulk) == (table in filled)
 
 

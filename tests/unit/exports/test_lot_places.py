@@ -11,7 +11,7 @@ from sqlalchemy import Connection, select
 from hawk.exports.lot_places import lot_places
 from hawk.lots import lists
 from hawk.lots.schema import LOT
-from hawk.lots.survey import newest
+from hawk.lots.survey import last_surveys
 from hawk.lots.values import utc
 from tests.unit.lots.documents.drones import Drone, days
 from tests.unit.lots.surveys import later, survey
@@ -62,7 +62,7 @@ def test_nothing_is_counted_for_them_where_the_store_has_kept_it(drone: Drone, m
     for change in (lambda: drone.add(later(survey(seed=2), 2)), lambda: drone.edit(lot, {"do": "remove", "row": "A"})):
         change()
         with drone.store.reading() as connection, monkeypatch.context() as patched:
-            patched.setattr(newest, "made", lambda *_: pytest.fail("it is counted"))
+            patched.setattr(last_surveys, "made", lambda *_: pytest.fail("it is counted"))
             assert shown(connection) == listed(connection)
 
 

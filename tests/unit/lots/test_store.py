@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from sqlalchemy import Connection, func, select, text
 
-from hawk.lots.schema import LOT, NEWEST, OUTBOX, SURVEY
+from hawk.lots.schema import LAST_SURVEY, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.backup import restore
 from hawk.lots.storage.states import KINDS
 from hawk.lots.store import MOST_READS, READS, LotStore, lots_file
-from hawk.lots.survey import newest
+from hawk.lots.survey import last_surveys
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import LotStoreError, Placed, StoreBusyError
@@ -23,7 +23,7 @@ from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap
 from hawk.model.tile_picture import encode_picture
 from tests.unit.comm.waiting import until
 from tests.unit.lots.survey.test_landing import STALL, landed, lot_map
-from tests.unit.lots.survey.test_newest import columns, make_version_8
+from tests.unit.lots.survey.test_last_surveys import columns, make_version_8
 
 
 def a_survey() -> LandingFacts:
@@ -56,11 +56,11 @@ async def test_a_store_that_was_opened_keeps_the_newest_surveys_that_an_upgrade_
         await first.write(lambda connection, copied=copied: connection.execute(text(copied)))  # type: ignore[misc]
     await first.close()
     make_version_8(first.path)
-    monkeypatch.setattr(newest, "_CHANGED", newest._CHANGED.limit(2))
-    monkeypatch.setattr(newest, "_AT_ONCE", 1)
+    monkeypatch.setattr(last_surveys, "_CHANGED", last_surveys._CHANGED.limit(2))
+    monkeypatch.setattr(last_surveys, "_AT_ONCE", 1)
     store = LotStore(first.path)
     assert "was of version 8" in await store.open()
-    missing, left = select(func.count() - func.count(NEWEST.c.stalls)), 6
+    missing, left = select(func.count() - func.count(LAST_SURVEY.c.stalls)), 6
     while left:  # the store itself goes on: nothing is written beside
         was, left = left, int(await store.read(lambda c: c.execute(missing).scalar_one()))
         assert left <= was

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hawk.store.recording_request import ASKED
 
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import StoreSettings

@@ -13,7 +13,7 @@ down_revision = "0008"
 CHANGES_NO_ROW: Final = True
 """The rows of version 8 stay as they are, and their digests."""
 
-_NEWEST: Final = """CREATE TABLE newest (
+_LAST_SURVEY: Final = """CREATE TABLE last_survey (
   lot VARCHAR(36) NOT NULL PRIMARY KEY,
   stalls INTEGER,
   sections INTEGER,
@@ -35,13 +35,13 @@ _VALUES: Final = (
     "been", "to_come",
 )  # fmt: skip
 _NONE: Final = ", ".join(f"{each} = NULL" for each in _VALUES)
-_FORGET: Final = f"UPDATE newest SET {_NONE} WHERE stalls IS NOT NULL AND lot"  # noqa: S608 - our own words
+_FORGET: Final = f"UPDATE last_survey SET {_NONE} WHERE stalls IS NOT NULL AND lot"  # noqa: S608 - our own words
 _OF_PART: Final = (
     "(CASE NEW.part WHEN 'lot' THEN NEW.\"key\" ELSE "
     '(SELECT lot FROM survey WHERE seq = CAST(NEW."key" AS INTEGER)) END)'
 )
 _NOTES: Final = (
-    "INSERT INTO digest (part, key) VALUES ('newest', {row}.lot)"
+    "INSERT INTO digest (part, key) VALUES ('last', {row}.lot)"
     " ON CONFLICT (part, key) DO UPDATE SET digest = NULL WHERE digest IS NOT NULL; "
 )
 _ROWS: Final = {"insert": ("NEW",), "update": ("OLD", "NEW"), "delete": ("OLD",)}
@@ -53,22 +53,22 @@ def upgrade() -> None:
     A part of the store that changes has no digest any more: then the row of its lot is NULL, and so is that of a lot
     which a survey leaves or comes to.
     """
-    op.execute(_NEWEST)
-    op.execute("CREATE INDEX ix_newest_open ON newest (lot) WHERE stalls IS NULL OR to_come IS NOT NULL")
+    op.execute(_LAST_SURVEY)
+    op.execute("CREATE INDEX ix_last_survey_open ON last_survey (lot) WHERE stalls IS NULL OR to_come IS NOT NULL")
     for does, rows in _ROWS.items():
         notes = "".join(_NOTES.format(row=row) for row in rows)
-        op.execute(f"CREATE TRIGGER digest_newest_{does} AFTER {does.upper()} ON newest BEGIN {notes}END")
+        op.execute(f"CREATE TRIGGER digest_last_survey_{does} AFTER {does.upper()} ON last_survey BEGIN {notes}END")
         lots = ", ".join(f"{row}.lot" for row in rows)
         forget = f"{_FORGET} IN ({lots}); "
-        op.execute(f"CREATE TRIGGER newest_survey_{does} AFTER {does.upper()} ON survey BEGIN {forget}END")
+        op.execute(f"CREATE TRIGGER last_survey_survey_{does} AFTER {does.upper()} ON survey BEGIN {forget}END")
     op.execute(
-        "CREATE TRIGGER newest_digest_update AFTER UPDATE ON digest "
+        "CREATE TRIGGER last_survey_digest_update AFTER UPDATE ON digest "
         f"WHEN NEW.digest IS NULL AND NEW.part IN ('lot', 'survey') BEGIN {_FORGET} = {_OF_PART}; END"
     )
     op.execute(
-        "CREATE TRIGGER newest_lot_insert AFTER INSERT ON lot "
-        "BEGIN INSERT INTO newest (lot) VALUES (NEW.id) ON CONFLICT DO NOTHING; END"
+        "CREATE TRIGGER last_survey_lot_insert AFTER INSERT ON lot "
+        "BEGIN INSERT INTO last_survey (lot) VALUES (NEW.id) ON CONFLICT DO NOTHING; END"
     )
-    op.execute("INSERT INTO newest (lot) SELECT id FROM lot")
+    op.execute("INSERT INTO last_survey (lot) SELECT id FROM lot")
     op.execute("ALTER TABLE desk ADD COLUMN due TEXT")
     op.execute("PRAGMA user_version = 9")

@@ -17,7 +17,7 @@ from typing import Any, Final
 from sqlalchemy import ColumnElement, Connection, Row, and_, bindparam, func, not_, or_, select, update
 
 from hawk.lots.rows import is_among
-from hawk.lots.schema import DOCUMENT, LOT, NEWEST, SECTION, STALL, SURVEY
+from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey import moments
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import has_been, last_of, ordered_at
@@ -29,7 +29,7 @@ _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
-class Newest:
+class LastSurvey:
     """Numbers of stalls, sections and surveys of a lot, and its newest survey; None without one.
 
     ``survey``, ``survey_id``: its number and id; ``ended``, ``taken_at``: Unix seconds, the second one as of
@@ -80,35 +80,38 @@ _MADE: Final = (
     .where(is_among(LOT.c.id))
 )  # fmt: skip
 _HOLDS: Final = and_(
-    NEWEST.c.stalls.is_not(None),
-    or_(NEWEST.c.been.is_(None), moments.has_been(NEWEST.c.been, func.hawk_now())),
-    or_(NEWEST.c.to_come.is_(None), not_(moments.has_been(NEWEST.c.to_come, func.hawk_now()))),
+    LAST_SURVEY.c.stalls.is_not(None),
+    or_(LAST_SURVEY.c.been.is_(None), moments.has_been(LAST_SURVEY.c.been, func.hawk_now())),
+    or_(LAST_SURVEY.c.to_come.is_(None), not_(moments.has_been(LAST_SURVEY.c.to_come, func.hawk_now()))),
 )
-_KEPT: Final = select(NEWEST).where(is_among(NEWEST.c.lot), _HOLDS)
-_IS_OPEN: Final = or_(NEWEST.c.stalls.is_(None), NEWEST.c.to_come.is_not(None))
+_KEPT: Final = select(LAST_SURVEY).where(is_among(LAST_SURVEY.c.lot), _HOLDS)
+_IS_OPEN: Final = or_(LAST_SURVEY.c.stalls.is_(None), LAST_SURVEY.c.to_come.is_not(None))
 """The condition of an index: rows that are to be made again, now or later."""
-_CHANGED: Final = select(NEWEST.c.lot).where(_IS_OPEN, not_(_HOLDS)).order_by(NEWEST.c.lot).limit(_AT_ONCE + 1)
-_KEEP: Final = update(NEWEST).where(NEWEST.c.lot == bindparam("of"))
+_CHANGED: Final = (
+    select(LAST_SURVEY.c.lot).where(_IS_OPEN, not_(_HOLDS)).order_by(LAST_SURVEY.c.lot).limit(_AT_ONCE + 1)
+)
+_KEEP: Final = update(LAST_SURVEY).where(LAST_SURVEY.c.lot == bindparam("of"))
 COUNTS: Final = ("free", "taken", "unknown")
-_NAMES: Final = tuple(each.name for each in fields(Newest) if each.name not in COUNTS)
+_NAMES: Final = tuple(each.name for each in fields(LastSurvey) if each.name not in COUNTS)
 
 
-def newest_of(connection: Connection, lots: Sequence[str]) -> dict[str, Newest | Row[Any]]:
+def last_surveys_of(connection: Connection, lots: Sequence[str]) -> dict[str, LastSurvey | Row[Any]]:
     """Return the newest surveys of lots by their ids: as they are kept, or as they are made now."""
     rows = connection.execute(_KEPT, {"among": json.dumps([*lots])}).all()
-    found: dict[str, Newest | Row[Any]] = {row.lot: row for row in rows}
+    found: dict[str, LastSurvey | Row[Any]] = {row.lot: row for row in rows}
     missing = [lot for lot in lots if lot not in found]
     return {**found, **made(connection, missing)} if missing else found
 
 
-def made(connection: Connection, lots: Sequence[str]) -> Mapping[str, Newest]:
+def made(connection: Connection, lots: Sequence[str]) -> Mapping[str, LastSurvey]:
     """Return the newest surveys of lots, by ids, from the rows that they follow from."""
     rows = connection.execute(_MADE, {"among": json.dumps([*lots])}).mappings().all()
     surveyed = [row for row in rows if row["survey"] is not None]
     counts = {row["id"]: each for row, each in zip(surveyed, counts_of(connection, surveyed), strict=True)}
     none: dict[str, Any] = dict.fromkeys(COUNTS)
     return {
-        str(row["id"]): Newest(**{name: row[name] for name in _NAMES}, **counts.get(row["id"], none)) for row in rows
+        str(row["id"]): LastSurvey(**{name: row[name] for name in _NAMES}, **counts.get(row["id"], none))
+        for row in rows
     }
 
 

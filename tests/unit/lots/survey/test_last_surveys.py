@@ -21,13 +21,13 @@ from hawk.lots import commands
 from hawk.lots.documents import parts
 from hawk.lots.ingest import save
 from hawk.lots.plan.queries import in_plan
-from hawk.lots.schema import DOCUMENT, LOT, NEWEST, SECTION, STALL, SURVEY
+from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.storage.backup import backup, restore
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erase_rows, found_lot, found_survey
-from hawk.lots.survey import newest
+from hawk.lots.survey import last_surveys
 from hawk.lots.survey.counts import counts_of
-from hawk.lots.survey.newest import Newest, newest_of
+from hawk.lots.survey.last_surveys import LastSurvey, last_surveys_of
 from hawk.lots.survey.order import newest_first, ordered_at
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, LotStoreError, NotFoundError
@@ -63,7 +63,7 @@ def counted(connection: Connection, lot: str) -> tuple[Any, ...]:
 
 def plain(found: object) -> tuple[Any, ...]:
     """Return all but the ends of pictures, which say how long it holds."""
-    return astuple(found)[:-2] if isinstance(found, Newest) else tuple(found)[1:-2]  # type: ignore[arg-type]
+    return astuple(found)[:-2] if isinstance(found, LastSurvey) else tuple(found)[1:-2]  # type: ignore[arg-type]
 
 
 def check_kept(store: Database, *, is_whole: bool = False) -> None:
@@ -71,10 +71,10 @@ def check_kept(store: Database, *, is_whole: bool = False) -> None:
     with store.reading() as connection:
         lots = connection.execute(select(LOT.c.id)).scalars().all()
         wanted = {lot: counted(connection, lot) for lot in lots}
-        kept = {row.lot: plain(row) for row in connection.execute(newest._KEPT, among(lots))}
+        kept = {row.lot: plain(row) for row in connection.execute(last_surveys._KEPT, among(lots))}
         assert kept == {lot: wanted[lot] for lot in kept}
         assert not is_whole or kept.keys() == wanted.keys()
-        assert {lot: plain(each) for lot, each in newest_of(connection, lots).items()} == wanted
+        assert {lot: plain(each) for lot, each in last_surveys_of(connection, lots).items()} == wanted
         assert store.damage == ""
 
 
@@ -210,12 +210,12 @@ class Lots(RuleBasedStateMachine):
 def make_version_8(path: Path) -> None:
     """Make a store that of the version before, as a program of that version would have written it."""
     with closing(sqlite3.connect(path)) as opened, opened:
-        made = "SELECT name FROM sqlite_master WHERE type = 'trigger' AND (name LIKE '%newest_%')"
+        made = "SELECT name FROM sqlite_master WHERE type = 'trigger' AND (name LIKE '%last_survey_%')"
         for (name,) in opened.execute(made).fetchall():
             opened.execute(f"DROP TRIGGER {name}")
-        opened.execute("DROP TABLE newest")
+        opened.execute("DROP TABLE last_survey")
         opened.execute("ALTER TABLE desk DROP COLUMN due")
-        opened.execute("DELETE FROM digest WHERE part = 'newest'")
+        opened.execute("DELETE FROM digest WHERE part = 'last'")
         opened.execute("UPDATE alembic_version SET version_num = '0008'")
         opened.execute("PRAGMA user_version = 8")
 
@@ -239,7 +239,7 @@ def lots_of(store: Database) -> list[str]:
 
 def shown(store: Database, lot: str) -> tuple[Any, ...]:
     with store.reading() as connection:
-        (found,) = newest_of(connection, [lot]).values()
+        (found,) = last_surveys_of(connection, [lot]).values()
         assert plain(found) == counted(connection, lot)
         return found.survey, found.surveys
 
@@ -273,13 +273,13 @@ def test_each_statement_that_changes_what_it_follows_from_makes_a_row_again(stor
         connection.exec_driver_sql(f"INSERT INTO lot SELECT 'other', {columns(LOT)} FROM lot")  # noqa: S608
     check_kept(store, is_whole=True)
     with store.reading() as connection:
-        before = connection.execute(select(NEWEST).order_by(NEWEST.c.lot)).all()
+        before = connection.execute(select(LAST_SURVEY).order_by(LAST_SURVEY.c.lot)).all()
     with store.writing() as connection:
         connection.exec_driver_sql(change.format(columns=columns(SURVEY)))
-        assert connection.execute(select(NEWEST.c.stalls)).scalars().all().count(None) in (1, 2)
+        assert connection.execute(select(LAST_SURVEY.c.stalls)).scalars().all().count(None) in (1, 2)
     check_kept(store, is_whole=True)
     with store.reading() as connection:
-        assert connection.execute(select(NEWEST).order_by(NEWEST.c.lot)).all() != before
+        assert connection.execute(select(LAST_SURVEY).order_by(LAST_SURVEY.c.lot)).all() != before
 
 
 def test_a_picture_that_is_to_come_is_the_newest_once_its_time_has_been(tmp_path: Path) -> None:
@@ -303,7 +303,7 @@ def test_a_picture_that_is_to_come_is_the_newest_once_its_time_has_been(tmp_path
 def digests_and_states(path: Path) -> list[tuple[object, ...]]:
     """Return the digests of what was there before an upgrade, and all messages."""
     with closing(sqlite3.connect(path)) as opened:
-        digests = opened.execute("SELECT * FROM digest WHERE part != 'newest' ORDER BY part, key").fetchall()
+        digests = opened.execute("SELECT * FROM digest WHERE part != 'last' ORDER BY part, key").fetchall()
         return [*digests, *opened.execute("SELECT * FROM outbox ORDER BY seq")]
 
 
@@ -317,14 +317,14 @@ def test_the_rows_of_an_upgrade_are_made_some_at_a_time_and_the_next_program_goe
             connection.exec_driver_sql(f"INSERT INTO lot SELECT 'lot {number}', {columns(LOT)} FROM lot LIMIT 1")  # noqa: S608
     make_version_8(path)
     states = digests_and_states(path)
-    monkeypatch.setattr(newest, "_CHANGED", newest._CHANGED.limit(3))
-    monkeypatch.setattr(newest, "_AT_ONCE", 2)
+    monkeypatch.setattr(last_surveys, "_CHANGED", last_surveys._CHANGED.limit(3))
+    monkeypatch.setattr(last_surveys, "_AT_ONCE", 2)
     kept = []
     for _ in range(4):
         with closing(Database(path, FAST)) as store:
             check_kept(store)
             with store.reading() as connection:
-                kept.append(connection.execute(select(func.count(NEWEST.c.stalls))).scalar_one())
+                kept.append(connection.execute(select(func.count(LAST_SURVEY.c.stalls))).scalar_one())
             with store.writing():
                 pass
             assert store.has_more_newest == (kept[-1] < 6)
@@ -350,7 +350,7 @@ def spoiled(store: Database, change: str) -> Database:
 @pytest.mark.parametrize(
     ("change", "damage", "made"),
     [
-        ("UPDATE newest SET free = free + 1", "counts kept of the lot", (2, 2)),
+        ("UPDATE last_survey SET free = free + 1", "counts kept of the lot", (2, 2)),
         ("UPDATE survey SET ended = ended + 1 WHERE seq = 2", "survey", (1, 1)),
     ],
 )
