@@ -35,12 +35,13 @@ if TYPE_CHECKING:  # loaded on the store's threads
     from hawk.lots.storage import backup, database
     from hawk.lots.storage.backup import FlightLock
     from hawk.lots.storage.database import Database
-    from hawk.lots.survey import landing, pictures, private_ground, round_share
+    from hawk.lots.survey import landing, last_surveys, pictures, private_ground, round_share
     from hawk.lots.survey.landing import LandingFacts
 else:
     backup = late("hawk.lots.storage.backup")
     database = late("hawk.lots.storage.database")
     landing = late("hawk.lots.survey.landing")
+    last_surveys = late("hawk.lots.survey.last_surveys")
     outbox = late("hawk.lots.outbox")
     pictures = late("hawk.lots.survey.pictures")
     private_ground = late("hawk.lots.survey.private_ground")
@@ -319,8 +320,13 @@ class LotStore:
                 self._executor.submit(self._guarded, self._renew)
 
     def _renew(self) -> None:
-        with contextlib.suppress(LotStoreError), self._opened().writing():
-            pass  # the end of each transaction keeps some
+        with contextlib.suppress(LotStoreError):
+            opened = self._opened()
+            with opened.reading() as connection:
+                is_due = last_surveys.has_more(connection)
+            if is_due:  # a transaction that writes nothing ends every answer's ETag, too
+                with opened.writing():
+                    pass  # the end of each transaction keeps some
 
     def _for_reading(self) -> Database:
         """Return the open store, on a thread that reads: the one that writes opens it."""

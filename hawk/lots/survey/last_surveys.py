@@ -115,6 +115,11 @@ def made(connection: Connection, lots: Sequence[str]) -> Mapping[str, LastSurvey
     }
 
 
+def has_more(connection: Connection) -> bool:
+    """Return whether rows are to be made again."""
+    return connection.execute(_CHANGED.limit(1)).first() is not None
+
+
 def renew(connection: Connection) -> bool:
     """Make the rows again that triggers have forgotten, some at most; return whether others are left."""
     changed = connection.execute(_CHANGED).scalars().all()
