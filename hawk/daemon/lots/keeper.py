@@ -83,6 +83,9 @@ class LotKeeper:
         self._over: frozenset[str] = frozenset()
         self._ahead: frozenset[str] = frozenset()
         """Lots of the round that this flight has not begun: stalls seen beyond another lot are no survey of them."""
+        self._begun: set[str] = set()
+        """Lots that any flight of this run has begun."""
+        self._knows_all = not is_restored
         self._left_of: tuple[str, float | None] = ("", None)
         self._failure = ""
         self._lock = asyncio.Lock()
@@ -98,7 +101,7 @@ class LotKeeper:
         if armed is self._armed:
             return
         if armed:
-            self._armed_at = time.monotonic()
+            self._armed_at, self._ahead = time.monotonic(), frozenset()
         if armed or self._armed:
             task = asyncio.create_task(self._store.fly(is_flown=armed), name="lots-flight")
             self._flying.add(task)
@@ -110,7 +113,8 @@ class LotKeeper:
     def note_plan(self, plan: PathPlan) -> None:
         """Note with which lots the round is done: each is saved at once; and which ones it has not begun."""
         if looks := plan.explore.lots:
-            self._ahead = frozenset(look.lot for look in looks if not look.is_over and look.seen == 0.0)
+            self._begun |= {look.lot for look in looks if look.is_over or look.seen > 0.0}
+            self._ahead = frozenset(look.lot for look in looks) - self._begun
         over = frozenset(look.lot for look in plan.explore.lots if look.is_over)
         if over - self._over:
             self._due.set()
@@ -153,7 +157,7 @@ class LotKeeper:
         done = {lot.id for lot in lots if lot.is_over and self._kept.get(lot.id, ("",))[0] == landed.name}
         if not is_armed:
             done -= self._doubtful  # the map has shown more since
-            done |= self._ahead
+            done |= self._ahead if self._knows_all else set()  # an earlier run may have begun any lot
         return [lot.id for lot in lots if lot.id not in done and (lot.is_over or not is_armed)]
 
     async def _save(self, landed: LandingFacts, lots: Sequence[str]) -> bool:

@@ -329,6 +329,8 @@ OPTIONS: dict[str, dict[str, tuple[tuple[str, ...], tuple[str, ...]]]] = {
         "work": ((), ("make",)),
         "role": ((), ("pilot", "")),
         "--name": ((), (*EMPTY, "you", "x" * 25, "operator2")),
+        "--role": ((), ("pilot", "")),
+        "--lot": ((), EMPTY),
     },
     "make-certificate": {
         **STORE,

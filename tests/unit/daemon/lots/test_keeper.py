@@ -261,12 +261,54 @@ async def test_a_lot_that_the_round_has_not_begun_gets_no_survey_of_the_stalls_b
         await until(lambda: drone.store.is_open)
         drone.keeper.note(armed=True)
         drone.survey = round_of(at(1, 10.0), at(2, 40.0))
-        drone.keeper.note_plan(PathPlan(explore=ExploreStatus(lots=(LotLook("west", 0.4), LotLook("east", 0.0)))))
+        drone.keeper.note_plan(looks(0.4, 0.0))
         drone.keeper.note_plan(PathPlan())  # the path home explores nothing
         drone.keeper.note(armed=False)
         await until(lambda: len(drone.messages) == 2)
         assert await drone.stored() == ["000001-x@west"]
     assert drone.messages[1][1] == "Not finished: West, East."
+
+
+def looks(west: float, east: float) -> PathPlan:
+    return PathPlan(explore=ExploreStatus(lots=(LotLook("west", west), LotLook("east", east))))
+
+
+async def test_a_lot_that_an_earlier_flight_has_begun_is_stored_though_this_one_has_not(tmp_path: Path) -> None:
+    async with flown(tmp_path / "lots.db") as drone:
+        await until(lambda: drone.store.is_open)
+        drone.keeper.note(armed=True)
+        drone.keeper.note_plan(looks(0.6, 0.5))
+        drone.survey = None  # its save failed
+        drone.keeper.note(armed=False)
+        drone.keeper.note(armed=True)
+        drone.keeper.note_plan(looks(0.7, 0.0))
+        drone.survey = round_of(at(1, 10.0), at(2, 40.0))
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 3)
+        assert sorted(await drone.stored()) == ["000001-x@east", "000001-x@west"]
+
+
+async def test_a_lot_that_a_flight_without_a_round_has_seen_is_stored(tmp_path: Path) -> None:
+    async with flown(tmp_path / "lots.db") as drone:
+        await until(lambda: drone.store.is_open)
+        drone.keeper.note(armed=True)
+        drone.keeper.note_plan(looks(0.6, 0.0))
+        drone.keeper.note(armed=False)
+        drone.keeper.note(armed=True)  # by hand over the other lot
+        drone.survey = round_of(at(1, 10.0), at(2, 40.0))
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 3)
+        assert sorted(await drone.stored()) == ["000001-x@east", "000001-x@west"]
+
+
+async def test_after_a_start_in_the_air_each_lot_of_a_round_is_stored(tmp_path: Path) -> None:
+    async with flown(tmp_path / "lots.db", is_restored=True) as drone:
+        drone.keeper.note(armed=True)
+        drone.survey = round_of(at(1, 10.0), at(2, 40.0))
+        drone.keeper.note_plan(looks(0.6, 0.0))
+        drone.keeper.note(armed=False)
+        await until(lambda: len(drone.messages) == 3)
+        assert sorted(await drone.stored()) == ["000001-x@east", "000001-x@west"]
 
 
 async def test_after_a_battery_swap_the_rest_of_a_round_replaces_what_was_stored_of_it(tmp_path: Path) -> None:
