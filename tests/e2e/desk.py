@@ -20,10 +20,15 @@ async def desk_of(folder: Path) -> AsyncIterator[str]:
         *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
     )
     assert process.stdout is not None
-    async with asyncio.timeout(PATIENCE_S):
-        line = (await process.stdout.readline()).decode()
-    assert line.startswith("hawk: open http")
-    yield line.split()[2]
-    process.terminate()
-    async with asyncio.timeout(PATIENCE_S):
-        assert await process.wait() == 0
+    try:
+        async with asyncio.timeout(PATIENCE_S):
+            line = (await process.stdout.readline()).decode()
+        assert line.startswith("hawk: open http")
+        yield line.split()[2]
+        process.terminate()
+        async with asyncio.timeout(PATIENCE_S):
+            assert await process.wait() == 0
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
