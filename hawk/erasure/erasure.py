@@ -29,6 +29,7 @@ from hawk.lots.storage.erasure import (
 from hawk.lots.store import lots_file
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import LotStoreError
+from hawk.store.recording_request import RecordingRequest
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import MARK, SUFFIX, Recordings, survey_of
 from hawk.store.store_lock import StoreInUseError, held_store
@@ -96,12 +97,23 @@ def _files_of(settings: StoreSettings, path: Path, found: Found) -> Report:
         shown = sum(pictures.remove(each) for each in found.ids)
     folder = Recordings(settings)
     with _repeatable(folder.folder):
-        came, requests = RecordingRequests(folder, settings).files_of(found.ids)
-    recordings = [each for each in _recordings(settings) if each in came or survey_of(each) in {"", *found.journals}]
+        asked = RecordingRequests(folder, settings)
+        came, requests = asked.origins(), asked.folders_of(found.ids)
+    recordings = [each for each in _recordings(settings) if _is_of(found, each, came.get(each.name))]
     journals = [each for each in _journals(settings) if each.name in found.journals]
     _remove(_with_marks(recordings))
     _remove([*requests, *journals])
     return Report(len(found.surveys), shown, len(recordings), len(journals), _without_copies(path))
+
+
+def _is_of(found: Found, recording: Path, request: RecordingRequest | None) -> bool:
+    """Return whether a recording may hold one of the surveys. ``request``: the one for which it came.
+
+    One that came is of the survey of its request alone: journals of two drones may have one name.
+    """
+    if request is not None:
+        return request.survey in found.ids
+    return survey_of(recording) in {"", *found.journals}
 
 
 def _everything(settings: StoreSettings, path: Path) -> Report:

@@ -40,6 +40,7 @@ from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import (
     LotStoreError,
     NotFoundError,
+    Placed,
     journal_of,
     moment,
 )
@@ -146,6 +147,12 @@ def flown_by(connection: Connection, survey_id: str) -> SurveyDrone | None:
     if row.writer is None or row.kind != SurveyKind.FLOWN:
         return None
     return SurveyDrone(row.writer, journal_of(row.origin, row.writer))
+
+
+def deleted_among(connection: Connection, surveys: Collection[str]) -> set[str]:
+    """Return which of some surveys, by their ids, were deleted."""
+    asked = select(SURVEY.c.id).where(SURVEY.c.id.in_(surveys), SURVEY.c.placed == Placed.DELETED.value)
+    return set(connection.scalars(asked))
 
 
 def is_stored(connection: Connection, survey_id: str) -> bool:

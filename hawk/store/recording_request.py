@@ -47,10 +47,17 @@ class ComingRecording:
 
 @dataclass(frozen=True, slots=True)
 class WholeRecording:
-    """A recording that is here. ``name``: on the drone; ``file``: its name here."""
+    """A recording that is here. ``name``: on the drone; ``file``: its name here.
+
+    A name is given again once its file was deleted: the recording is known by its ``bytes``, ``digest`` (SHA-256 as
+    hex) and ``changed_ns``, the time of its last change, Unix nanoseconds.
+    """
 
     name: str
     file: str
+    bytes: int
+    digest: str
+    changed_ns: int
 
 
 @dataclass(frozen=True, slots=True)

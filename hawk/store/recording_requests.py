@@ -12,6 +12,7 @@ import hashlib
 import logging
 import os
 import shutil
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -63,6 +64,7 @@ class RecordingRequests:
         self._least_free = settings.minimum_free_mb * 1_000_000
         self._free = free
         self._hashes: dict[Path, tuple[int, _Hash]] = {}
+        self._digests: dict[tuple[str, int], str] = {}
         self._read: dict[str, RecordingRequest] | None = None
 
     def ask(self, survey: str, drone: str, journal: str, now: float) -> None:
@@ -83,15 +85,17 @@ class RecordingRequests:
             shutil.rmtree(self._folder / survey)
             del self._known()[survey]
             return
-        self._keep(replace(known, coming=(), problem=""))
-        self._drop_parts(survey, ())
+        ended = replace(known, coming=(), problem="")
+        if ended != known:
+            self._keep(ended)
+            self._drop_parts(survey, ())
 
     def progress(self, survey: str) -> RequestProgress:
         """Return how far a survey's request is. Raises OSError."""
         known = self._known().get(survey)
         if known is None:
             return NOTHING
-        sizes = [(self._recordings.folder / each.file).stat().st_size for each in known.whole if self._is_there(each)]
+        sizes = [each.bytes for each in known.whole if self._is_there(each)]
         if known.is_waiting:
             if known.coming is None:
                 return RequestProgress("asked", problem=known.problem)
@@ -111,7 +115,7 @@ class RecordingRequests:
 
     def origins(self) -> Mapping[str, RecordingRequest]:
         """Return the request of each recording that came, by the name that it has here. Raises OSError."""
-        return {whole.file: each for each in self._known().values() for whole in each.whole}
+        return {one.file: each for each in self._known().values() for one in each.whole if self._is_there(one)}
 
     def offer(
         self, survey: str, drone: str, answer: Answer, offered: Sequence[OfferedRecording]
@@ -125,12 +129,9 @@ class RecordingRequests:
             self._keep(replace(known, answer=answer or "gone", coming=(), problem=""))
             self._drop_parts(survey, ())
             return {}
+        _check_names(offered)
         here = {each.name for each in known.whole}
         former = {(each.name, each.bytes): each for each in known.coming or ()}
-        for one in offered:
-            if NAME.fullmatch(one.name) is None or one.bytes < 1:
-                words = "must be a name of a recording, as 20260504T103000Z.mcap, with its size"
-                raise PartRefusedError("wrong", "recordings", words)
         new = [each for each in offered if each.name not in here]
         coming = tuple(former.get((each.name, each.bytes), ComingRecording(each.name, each.bytes)) for each in new)
         changed = replace(known, coming=coming, problem="")
@@ -142,7 +143,9 @@ class RecordingRequests:
         if changed != known:
             self._keep(changed)
             self._drop_parts(survey, [each.name for each in coming])
-        left = {each.name: self._received(survey, each) for each in coming}
+        for each in coming:  # a kill came behind the last part of one
+            self.finish(survey, each)
+        left = {each.name: self._received(survey, each) for each in self._known()[survey].coming or ()}
         return {each.name: left.get(each.name, each.bytes) for each in offered}
 
     def begin(self, survey: str, drone: str, name: str, part: Part) -> PartWriter | None:
@@ -189,8 +192,10 @@ class RecordingRequests:
             self._keep(_with(known, replace(coming, digest="")))
             raise
         file = self._recordings.free_name(coming.name.removesuffix(SUFFIX))
+        self._end_notes(file)
+        known = self._known()[survey]
         left = tuple(each for each in known.coming or () if each.name != coming.name)
-        whole = WholeRecording(coming.name, file)
+        whole = WholeRecording(coming.name, file, coming.bytes, coming.digest, path.stat().st_mtime_ns)
         self._keep(replace(known, coming=left, whole=(*known.whole, whole)))
         self._settle(survey, whole)
         return True
@@ -204,11 +209,9 @@ class RecordingRequests:
         """Keep the digest of what is here of a recording for its next part."""
         self._hashes[path] = received, found
 
-    def files_of(self, surveys: Iterable[str]) -> tuple[list[Path], list[Path]]:
-        """Return the whole recordings that came of some surveys, and the folders of their requests. Raises OSError."""
-        found = [each for survey in surveys if (each := self._known().get(survey)) is not None]
-        whole = [self._recordings.folder / one.file for each in found for one in each.whole if self._is_there(one)]
-        return whole, [self._folder / each for each in surveys if (self._folder / each).is_dir()]
+    def folders_of(self, surveys: Iterable[str]) -> list[Path]:
+        """Return the folders of the requests for some surveys."""
+        return [self._folder / each for each in surveys if (self._folder / each).is_dir()]
 
     # --- inside ----------------------------------------------------------------------------------------------------
 
@@ -260,7 +263,24 @@ class RecordingRequests:
             return 0
 
     def _is_there(self, whole: WholeRecording) -> bool:
-        return (self._recordings.folder / whole.file).is_file()
+        """Return False also where the file is another one, which has the name of one that was deleted."""
+        path = self._recordings.folder / whole.file
+        try:
+            found = path.stat()
+        except FileNotFoundError:
+            return False
+        if found.st_size != whole.bytes or found.st_mtime_ns == whole.changed_ns:
+            return found.st_size == whole.bytes
+        known_by = whole.file, found.st_mtime_ns  # a copy of it perhaps, out of a backup
+        if known_by not in self._digests:
+            self._digests[known_by] = _digest_of(path)
+        return self._digests[known_by] == whole.digest
+
+    def _end_notes(self, file: str) -> None:
+        """End the notes of a file that was deleted, before another one gets its name."""
+        for each in list(self._known().values()):
+            if any(one.file == file for one in each.whole):
+                self._keep(replace(each, whole=tuple(one for one in each.whole if one.file != file)))
 
     def _known(self) -> dict[str, RecordingRequest]:
         """Return the requests, by the survey's id. One that is damaged is left out: a person asks again."""
@@ -334,6 +354,17 @@ class PartWriter:
 def _with(request: RecordingRequest, changed: ComingRecording) -> RecordingRequest:
     found = (changed if each.name == changed.name else each for each in request.coming or ())
     return replace(request, coming=tuple(found))
+
+
+def _check_names(offered: Sequence[OfferedRecording]) -> None:
+    """Raise PartRefusedError for what is no name of a recording, and for one that is there twice."""
+    for one in offered:
+        if NAME.fullmatch(one.name) is None or one.bytes < 1:
+            words = "must be a name of a recording, as 20260504T103000Z.mcap, with its size"
+            raise PartRefusedError("wrong", "recordings", words)
+    twice = [name for name, count in Counter(one.name for one in offered).items() if count > 1]
+    if twice:
+        raise PartRefusedError("wrong", "recordings", f"has {twice[0]} twice: offer each recording once")
 
 
 def _digest_of(path: Path) -> str:

@@ -9,7 +9,7 @@ import contextlib
 import logging
 import math
 import re
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import TYPE_CHECKING, Final
@@ -20,6 +20,7 @@ from hawk.lots.documents.parts import LARGEST_BYTES
 from hawk.lots.store import FILE_S, LotStore
 from hawk.runtime.late import late
 from hawk.store.recording_request import ASKED, MOST_ASKED
+from hawk.store.recording_requests import RecordingRequests
 from hawk.web.access.access import access_of
 from hawk.web.access.guesses import TokenGuesses, is_loopback_peer
 from hawk.web.access.proxied import forwarding_header, is_secure
@@ -35,8 +36,10 @@ from hawk.web.v1.unknown import PATTERNS, ROOT
 if TYPE_CHECKING:  # loaded on the store's threads
     from sqlalchemy import Connection
 
+    from hawk.lots import queries
     from hawk.lots.documents import parts, source
 else:
+    queries = late("hawk.lots.queries")
     parts = late("hawk.lots.documents.parts")
     source = late("hawk.lots.documents.source")
 
@@ -139,9 +142,22 @@ async def changed_lots(request: web.Request) -> web.StreamResponse:
         data = await store.read(work, FILE_S)
     headers: dict[str, str] = {hdrs.CACHE_CONTROL: "no-store"}
     requests = request.app[SERVICES].recording_requests
-    if drone and requests is not None and (asked := await write_away(request, partial(requests.waiting, drone))):
-        headers[ASKED] = ", ".join(asked[:MOST_ASKED])
+    if drone and requests is not None:
+        waiting = await write_away(request, partial(requests.waiting, drone))
+        if asked := await without_deleted(request, requests, waiting):
+            headers[ASKED] = ", ".join(asked[:MOST_ASKED])
     return web.Response(body=data, content_type=GZIP, headers=headers)
+
+
+async def without_deleted(request: web.Request, requests: RecordingRequests, surveys: Sequence[str]) -> list[str]:
+    """End the requests for surveys that were deleted; return the other surveys. Raises LotStoreError."""
+    store = await opened(request)
+    async with in_time(BUSY):
+        deleted = await store.read(lambda connection: queries.deleted_among(connection, surveys)) if surveys else set()
+    for each in deleted:
+        with contextlib.suppress(OSError):  # a full disk: it is ended the next time
+            await write_away(request, partial(requests.take_back, each))
+    return [each for each in surveys if each not in deleted]
 
 
 @contextlib.asynccontextmanager

@@ -27,7 +27,7 @@ from hawk.web.v1 import arrivals
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
 from hawk.web.v1.bodies import OfferState, RecordingOffer, RecordingsOfSurvey, RecordingState
 from hawk.web.v1.changes import Body, body_of, changed
-from hawk.web.v1.documents import NOT_HERE, checked_drone, sending
+from hawk.web.v1.documents import NOT_HERE, checked_drone, sending, without_deleted
 from hawk.web.v1.file_transfer import FULL, receive, write_away
 from hawk.web.v1.parameters import Query, query_of
 from hawk.web.v1.refusals import RefusedError
@@ -42,6 +42,8 @@ _LOG = logging.getLogger(__name__)
 
 FOR_OPERATORS: Final = "Recordings are asked for by operators: log in as operator."
 NOT_FLOWN: Final = "no drone has flown this survey and sent it here: there is nobody to ask"
+ASK_LATER: Final = "was deleted: undo that, and ask then"
+SEND_NONE: Final = "was deleted at the desk, and nobody asks for its recordings: send none"
 NO_RANGE: Final = "must say which bytes of how many these are, as bytes 0-99/5000, and Content-Length how many"
 NO_DIGEST: Final = "must be the SHA-256 of the whole recording, as sha-256=:BASE64: (RFC 9530)"
 MOST_PARTS: Final = 4
@@ -64,7 +66,9 @@ async def read(request: web.Request) -> web.StreamResponse:
     query_of(request, Query)
     survey = request.match_info["id"]
     async with in_time(BUSY):
-        flown = await _flown_by(request)
+        flown, requests = await _flown_by(request), request.app[SERVICES].recording_requests
+        if requests is not None:
+            await without_deleted(request, requests, [survey])
         found = await _state(request, survey, flown)
     return await made(request, lambda: Answer(found))
 
@@ -76,6 +80,7 @@ async def ask(request: web.Request, body: Body) -> object:
     if flown is None:
         raise RefusedError(HTTPStatus.CONFLICT, "survey", NOT_FLOWN)
     if body["asked"]:
+        await _check_not_deleted(request, ASK_LATER)
         await _on_disk(request, partial(requests.ask, survey, flown.name, flown.journal, now_of(request)))
     else:
         await _on_disk(request, partial(requests.take_back, survey))
@@ -89,6 +94,7 @@ async def offer(request: web.Request) -> web.StreamResponse:
     query_of(request, Query)
     body, survey = await body_of(request, RecordingOffer), request.match_info["id"]
     found = [OfferedRecording(each["name"], each["bytes"]) for each in body.get("recordings", [])]
+    await _check_not_deleted(request, SEND_NONE)
     work = partial(requests.offer, survey, drone, body.get("answer", ""), found)
     received = await _on_disk(request, work)
     _LOG.info("%s offers %d recordings of survey %s %s", drone, len(found), survey, body.get("answer", ""))
@@ -103,6 +109,7 @@ async def put_part(request: web.Request) -> web.StreamResponse:
     query_of(request, Query)
     survey, name, part = request.match_info["id"], request.match_info["name"], _part_of(request)
     async with sending(request, drone, MOST_PARTS):
+        await _check_not_deleted(request, SEND_NONE)
         writer = await _on_disk(request, partial(requests.begin, survey, drone, name, part))
         if writer is None:
             return changed(RecordingState(name=name, stored=part.end, bytes=part.size))
@@ -110,6 +117,7 @@ async def put_part(request: web.Request) -> web.StreamResponse:
             await receive(request, lambda chunk: _on_disk(request, partial(writer.write, chunk)))
         finally:  # also of a lost connection: what came stays
             await asyncio.shield(_on_disk(request, writer.close))
+        await _check_not_deleted(request, SEND_NONE)
         is_whole = await _on_disk(request, partial(requests.finish, survey, writer.coming))
     if is_whole:
         await _note_whole(request, drone, writer)
@@ -127,6 +135,12 @@ def _requests(request: web.Request) -> RecordingRequests:
     if requests is None:
         raise web.HTTPConflict(text=NOT_HERE)
     return requests
+
+
+async def _check_not_deleted(request: web.Request, words: str) -> None:
+    """Refuse a survey that was deleted, and end its request. Raises RefusedError, LotStoreError."""
+    if not await without_deleted(request, _requests(request), [request.match_info["id"]]):
+        raise RefusedError(HTTPStatus.CONFLICT, "survey", words)
 
 
 async def _flown_by(request: web.Request) -> SurveyDrone | None:

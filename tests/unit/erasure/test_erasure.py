@@ -417,5 +417,28 @@ def test_of_a_survey_that_a_drone_sent_the_recordings_that_were_asked_for_go_too
     assert b"seen by the camera" not in b"".join(each.read_bytes() for each in files_below(folder.folder))
 
 
+@pytest.mark.slow
+def test_a_recording_that_came_goes_with_its_own_survey_alone(kept: Kept) -> None:
+    """Two drones name journals alike, and a name of a recording is given again once its file was deleted."""
+    folder, journal, name = Recordings(kept.settings), kept.names[1], "20260510T103000Z.mcap"
+    requests = RecordingRequests(folder, kept.settings)
+    for number in (1, 2):
+        if number == 2:
+            folder.delete(name)
+        data = recorded(kept.folder / "r", journal, words=f"seen by {number}")
+        requests.ask(kept.surveys[number], f"Drone {number}", journal, 1.0)
+        requests.offer(kept.surveys[number], f"Drone {number}", "", [OfferedRecording(name, len(data))])
+        part = Part(0, len(data), len(data), hashlib.sha256(data).hexdigest())
+        writer = requests.begin(kept.surveys[number], f"Drone {number}", name, part)
+        assert writer is not None
+        writer.write(data)
+        writer.close()
+        assert requests.finish(kept.surveys[number], writer.coming)
+    assert erase(kept.settings, lot=None, survey=kept.surveys[1]).recordings == 1, "the desk's own of that journal"
+    assert (folder.folder / name).read_bytes() == data
+    erase(kept.settings, lot=None, survey=kept.surveys[2])
+    assert not (folder.folder / name).exists()
+
+
 def files_below(folder: Path) -> list[Path]:
     return [path for path in sorted(folder.rglob("*")) if path.is_file()]

@@ -29,15 +29,21 @@ class Desk:
         """Start again with what is on the disk."""
         self.requests = RecordingRequests(self.recordings, self.settings)
 
-    def put(self, data: bytes, start: int, end: int, torn: bool = False) -> str:
+    def bring(self, data: bytes, survey: str = SURVEY) -> None:
+        """Ask for a survey's recording, and send it in one part."""
+        self.requests.ask(survey, DRONE, JOURNAL, 1.0)
+        self.requests.offer(survey, DRONE, "", [OfferedRecording(NAME, len(data))])
+        assert self.put(data, 0, len(data), survey=survey) == ""
+
+    def put(self, data: bytes, start: int, end: int, torn: bool = False, survey: str = SURVEY) -> str:
         """Send a part, or the first half of it; return why it was refused."""
         part = Part(start, end, len(data), hashlib.sha256(data).hexdigest())
         try:
-            writer = self.requests.begin(SURVEY, DRONE, NAME, part)
+            writer = self.requests.begin(survey, DRONE, NAME, part)
             if writer is not None:
                 writer.write(data[start : (start + end) // 2 if torn else end])
                 writer.close()
-                self.requests.finish(SURVEY, writer.coming)
+                self.requests.finish(survey, writer.coming)
         except PartRefusedError as error:
             return error.cause
         return ""
@@ -110,6 +116,53 @@ def test_what_is_erased_names_the_recordings_that_came_and_a_later_request_forge
     assert desk.requests.waiting(DRONE) == [SURVEY]
     desk.requests.offer(SURVEY, DRONE, "", [OfferedRecording(NAME, len(data))])
     desk.put(data, 0, len(data))
-    whole, folders = desk.requests.files_of([SURVEY])
-    assert [path.name for path in whole] == [NAME]
-    assert [path.name for path in folders] == [SURVEY]
+    assert [*desk.requests.origins()] == [NAME]
+    assert [path.name for path in desk.requests.folders_of([SURVEY])] == [SURVEY]
+
+
+@pytest.mark.parametrize("is_tidied", [False, True], ids=["deleted", "tidied"])
+@pytest.mark.parametrize("words", ["x" * 100, "y" * 100], ids=["of the same bytes", "of other bytes"])
+def test_the_name_of_one_that_was_deleted_is_that_of_the_next_survey_alone(
+    words: str, is_tidied: bool, tmp_path: Path
+) -> None:
+    first, second = (recorded(tmp_path / "r", JOURNAL, words=each) for each in ("x" * 100, words))
+    desk, other = Desk(tmp_path), SURVEY.replace("1", "2")
+    desk.bring(first)
+    if is_tidied:
+        assert desk.recordings.make_room(1) == [NAME]
+    else:
+        desk.recordings.delete(NAME)
+    assert desk.requests.progress(SURVEY).state == "none"
+    desk.bring(second, other)
+    desk.kill()
+    assert {file: each.survey for file, each in desk.requests.origins().items()} == {NAME: other}
+    assert desk.requests.progress(SURVEY).state == "none"
+    desk.bring(first)
+    again = NAME.replace(".", "-2.")
+    assert desk.files() == {NAME: second, again: first}
+    assert {file: each.survey for file, each in desk.requests.origins().items()} == {NAME: other, again: SURVEY}
+
+
+def test_a_file_out_of_a_backup_is_the_one_that_came_and_another_of_its_size_is_not(tmp_path: Path) -> None:
+    data, desk = recorded(tmp_path / "r", JOURNAL), Desk(tmp_path)
+    desk.bring(data)
+    path = desk.recordings.folder / NAME
+    for restored, state in ((data, "here"), (data[:-1] + b"?", "none")):
+        path.unlink()
+        path.write_bytes(restored)
+        assert desk.requests.progress(SURVEY).state == state
+        assert [*desk.requests.origins()] == [NAME] * (state == "here")
+
+
+def test_after_a_kill_behind_the_last_part_the_next_offer_makes_it_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, desk = recorded(tmp_path / "r", JOURNAL), Desk(tmp_path)
+    with monkeypatch.context() as killed:
+        killed.setattr(RecordingRequests, "finish", lambda *_: False)
+        desk.bring(data)
+    desk.kill()
+    assert desk.requests.progress(SURVEY).state == "coming"
+    assert desk.requests.offer(SURVEY, DRONE, "", [OfferedRecording(NAME, len(data))]) == {NAME: len(data)}
+    assert desk.requests.progress(SURVEY).state == "here"
+    assert desk.files() == {NAME: data}

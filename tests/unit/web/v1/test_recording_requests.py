@@ -5,11 +5,13 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
+from aiohttp import web
 
 from hawk.comm.protocol.authority import Role
 from hawk.config.sections import StoreSettings
@@ -17,6 +19,7 @@ from hawk.store.recording_request import ASKED
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone
+from hawk.web.v1 import recording_requests
 from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig
 from tests.unit.web.v1.centre import ONE, OTHER, Centre
@@ -48,6 +51,16 @@ class Asking:
         path = self.centre.url(f"/api/v1/surveys/{self.survey}/recordings/ask")
         async with await self.centre.stand.tool(role) as person, person.post(path, json={"asked": ask}) as answer:
             return answer.status, await answer.json()
+
+    async def change(self, path: str) -> dict[str, Any]:
+        """Delete the survey, or undo that, as an operator."""
+        async with (
+            await self.centre.stand.tool(Role.OPERATOR) as person,
+            person.post(self.centre.url(f"/api/v1/{path}"), json={}) as answer,
+        ):
+            assert answer.status == 200
+            found: dict[str, Any] = await answer.json()
+            return found
 
     async def state(self) -> tuple[str, int, int | None]:
         path = self.centre.url(f"/api/v1/surveys/{self.survey}/recordings")
@@ -238,6 +251,51 @@ async def test_only_a_survey_that_a_drone_sent_can_be_asked_for(asking: Asking) 
     asking.survey = "00000000-0000-4000-8000-000000000000"
     assert (await asking.ask())[0] == 404
     assert json.dumps(await asking.waiting()) == "null"
+
+
+async def test_a_deleted_survey_ends_its_request_until_that_is_undone(asking: Asking) -> None:
+    size = len(asking.data)
+    await asking.ask()
+    await asking.offer(size)
+    await asking.part(0, 1000)
+    deleted = await asking.change(f"surveys/{asking.survey}/delete")
+    status, problem = await asking.part(1000, size)
+    assert (status, problem["field"]) == (409, "id")
+    assert "deleted at the desk, and nobody asks for its recordings" in problem["detail"]
+    assert (asking.files(), await asking.state(), await asking.waiting()) == ({}, ("none", 0, None), None)
+    status, problem = await asking.ask()
+    assert (status, "was deleted: undo that" in problem["detail"]) == (409, True)
+    await asking.change(f"changes/{deleted['seq']}/undo")
+    assert await asking.waiting() is None
+    assert (await asking.ask())[1]["state"] == "asked"
+    await asking.change(f"surveys/{asking.survey}/delete")
+    assert await asking.waiting() is None
+    assert (await asking.offer(size))[0] == 409
+
+
+async def test_a_survey_that_is_deleted_while_the_last_part_comes_gets_no_recording(
+    asking: Asking, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    size = len(asking.data)
+    await asking.ask()
+    await asking.offer(size)
+    received = recording_requests.receive
+
+    async def receive(request: web.Request, write: Callable[[bytes], Awaitable[object]]) -> None:
+        await received(request, write)
+        await asking.change(f"surveys/{asking.survey}/delete")
+
+    monkeypatch.setattr(recording_requests, "receive", receive)
+    assert (await asking.part(0, size))[0] == 409
+    assert asking.files() == {}
+
+
+async def test_an_offer_that_names_one_recording_twice_is_refused(asking: Asking) -> None:
+    await asking.ask()
+    status, problem = await asking.offer(100, len(asking.data))
+    assert (status, problem["field"]) == (422, "recordings")
+    assert f"has {NAME} twice: offer each recording once" in problem["detail"]
+    assert await asking.state() == ("asked", 0, None)
 
 
 async def test_a_recording_of_the_name_of_another_gets_another_name(asking: Asking) -> None:
