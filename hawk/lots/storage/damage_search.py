@@ -5,6 +5,7 @@ compared.
 from __future__ import annotations
 
 import sqlite3
+import threading
 from collections.abc import Callable
 from typing import Final
 
@@ -13,8 +14,8 @@ from hawk.lots.storage.digests import Part, columns_of, differs, selections
 
 _AT_ONCE: Final = 200
 """Parts whose digests are read together."""
-_STEPS: Final = 10_000
-"""Instructions of SQLite between two questions whether to stop: some tenths of a millisecond."""
+_WATCH_S: Final = 0.02
+"""Real seconds between two looks whether the search is over."""
 _AFTER: Final = "SELECT part, key, digest FROM digest WHERE (part, key) > (?, ?) ORDER BY part, key LIMIT ?"
 _WITHOUT: Final = (
     "SELECT CAST({key} AS BLOB) FROM {table} AS one"
@@ -110,15 +111,22 @@ class DamageSearch:
 def _unless(
     store: sqlite3.Connection, is_over: Callable[[], bool], asked: str
 ) -> list[tuple[object, ...]] | None:  # fmt: skip
-    """Return what a statement finds; None where it was over before."""
-    was_over = False
+    """Return what a statement finds; None where it was over before.
 
-    def stop() -> bool:
+    A thread interrupts it: SQLite checks all pages of a table in one step, between which alone a progress handler is
+    called, and 27 GB take minutes.
+    """
+    ended, was_over = threading.Event(), False
+
+    def watch() -> None:
         nonlocal was_over
-        was_over = was_over or is_over()
-        return was_over
+        while not ended.wait(_WATCH_S):
+            if is_over():
+                was_over = True
+                store.interrupt()
 
-    store.set_progress_handler(stop, _STEPS)
+    watcher = threading.Thread(target=watch, name="lots-search-end", daemon=True)
+    watcher.start()
     try:
         return store.execute(asked).fetchall()
     except sqlite3.OperationalError:
@@ -126,4 +134,5 @@ def _unless(
             return None
         raise
     finally:
-        store.set_progress_handler(None, 0)
+        ended.set()
+        watcher.join()

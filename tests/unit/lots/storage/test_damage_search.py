@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from hawk.lots import commands
-from hawk.lots.storage.damage_search import DamageSearch, damaged_parts
+from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import Part
 from hawk.lots.values import LotStoreError
@@ -101,3 +101,26 @@ def test_a_file_whose_pages_are_found_damaged_later_is_written_no_more(tmp_path:
             commands.rename(connection, lot, "Elsewhere", "operator", BEGAN)
         with store.reading() as connection:
             assert whole.lots(connection)[0]["name"] == NAME
+
+
+class Interrupted(sqlite3.Connection):
+    """A connection that counts its interrupts."""
+
+    count = 0
+
+    def interrupt(self) -> None:
+        self.count += 1
+        super().interrupt()
+
+
+@pytest.mark.slow
+def test_a_look_at_the_pages_of_a_large_table_is_interrupted_since_sqlite_takes_one_step_for_it(tmp_path: Path) -> None:
+    rows = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n WHERE i < 1000000) SELECT i, i FROM n"
+    with closing(sqlite3.connect(tmp_path / "large.db", factory=Interrupted)) as opened:
+        opened.execute("CREATE TABLE large (a INTEGER PRIMARY KEY, b INTEGER)")
+        opened.execute(f"INSERT INTO large {rows}")
+        opened.commit()
+        assert faults_of(opened) == ""
+        assert opened.count == 0
+        assert faults_of(opened, lambda: True) is None
+        assert opened.count > 0
