@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -23,6 +24,7 @@ from hawk.web.v1.bounds import FOR_ALL_LOTS, bounded, ids_asked
 from hawk.web.v1.operations import Bound, Operation
 from hawk.web.v1.table import OPERATIONS
 from tests.sweep import sweep
+from tests.unit.lots.surveys import box
 from tests.unit.web.v1.archive import Archive
 
 OURS: Final = "The lot of Ada"
@@ -302,3 +304,27 @@ async def test_a_lot_that_was_merged_counts_as_the_one_that_it_is_part_of(parted
             assert response.status == status
     await archive.store.write(lambda connection: merge(connection, ours, theirs))
     assert theirs in await archive.store.write(lambda connection: merge(connection, theirs, ours)), "a round ends"
+
+
+@pytest.mark.fault(
+    "a part of a lot becomes another lot, and one who may read the first alone asks for looks at stalls",
+    "looks at stalls of the first lot, by the role and by a link; at all of them once both are one lot again",
+)
+async def test_looks_at_what_was_split_off_are_not_theirs_any_more(parted: Parted) -> None:
+    archive, lot, survey = parted.archive, parted.ours["lot"], parted.ours["survey"]
+    token = (await archive.done(f"/lots/{lot}/shares", days=1))["token"]
+    paths = f"/surveys/{survey}/observations", f"/lots/{lot}/observations", f"/shared/{token}/observations"
+
+    async def seen() -> list[set[str]]:
+        found = [json.loads((await parted.ask(f"{path}?limit=500"))[1])["items"] for path in paths]
+        return [{each["label"][0] for each in items} for items in found]
+
+    assert await seen() == [{"A", "B"}] * 3
+    part = [list(corner) for corner in box(-13, -5, 8.5, 60).polygons[0]]
+    await archive.done(f"/lots/{lot}/split", outline=part, name="Part")
+    assert await seen() == [{"A"}] * 3
+    whole = await archive.items(f"/lots/{lot}/observations")
+    assert {each["label"][0] for each in whole} == {"A", "B"}, "a role for all lots reads what was"
+    is_part = LOT.c.name == "Part"
+    await archive.store.write(lambda c: c.execute(update(LOT).where(is_part).values(merged_into=lot)))
+    assert await seen() == [{"A", "B"}] * 3
