@@ -19,7 +19,7 @@ from hawk.exports.formats import FEEDS
 from hawk.lots import reach
 from hawk.lots.schema import LOT, STALL, SURVEY
 from hawk.web.access.access import ACCESS, Access
-from hawk.web.access.tokens import TOKEN_FILE, rotate_person
+from hawk.web.access.tokens import TOKEN_FILE, remove_person, rotate_person
 from hawk.web.v1.bounds import FOR_ALL_LOTS, bounded, ids_asked
 from hawk.web.v1.operations import Bound, Operation
 from hawk.web.v1.table import OPERATIONS
@@ -328,3 +328,37 @@ async def test_looks_at_what_was_split_off_are_not_theirs_any_more(parted: Parte
     is_part = LOT.c.name == "Part"
     await archive.store.write(lambda c: c.execute(update(LOT).where(is_part).values(merged_into=lot)))
     assert await seen() == [{"A", "B"}] * 3
+
+
+@pytest.mark.fault(
+    "a person makes a link to the lot that hers was merged into; the merge is undone, or her token is removed",
+    "the link opens nothing from then on, and the list names her; that of a role for all lots opens",
+)
+async def test_a_link_ends_with_the_right_of_the_person_who_made_it(parted: Parted, tmp_path: Path) -> None:
+    archive, far, near = parted.archive, parted.theirs["lot"], parted.ours["lot"]
+
+    async def merge(into: str | None) -> None:
+        merged = update(LOT).where(LOT.c.id == near).values(merged_into=into)
+        await archive.store.write(lambda connection: connection.execute(merged))
+
+    async def opened(token: str) -> list[int]:
+        return [(await parted.ask(f"/shared/{each}/observations"))[0] for each in (token, whole)]
+
+    async def made(lot: str) -> str:
+        async with parted.operator.post(archive.address(f"/lots/{lot}/shares"), json={"days": 30}) as response:
+            assert response.status == 200
+            return str((await response.json())["token"])
+
+    whole = (await archive.done(f"/lots/{far}/shares", days=1))["token"]
+    await merge(far)
+    hers = await made(far)
+    assert await opened(hers) == [200, 200]
+    await merge(None)
+    assert await opened(hers) == [404, 200]
+    listed = (await archive.get(f"/lots/{far}/shares"))["shares"]
+    assert {(each["who"], each["open"]) for each in listed} == {("Ada operator", False), (None, True)}
+    hers = await made(near)
+    assert await opened(hers) == [200, 200]
+    remove_person(tmp_path / TOKEN_FILE, "Ada operator")
+    await archive.stand.look()
+    assert await opened(hers) == [404, 200]
