@@ -462,9 +462,10 @@ class SharedLink(Shown):
 
 
 class ListedLink(Shown):
-    """A link to a lot, without its token. `open`: it opens the lot now."""
+    """A link to a lot, without its token. `open`: it opens the lot now. `who`: the person of some lots who made it."""
 
     id: Id
+    who: str | None
     made: Utc
     ends: Utc
     open: bool

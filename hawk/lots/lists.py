@@ -67,8 +67,8 @@ P = TypeVar("P", bound=Part)
 class Asked:
     """The part of a list that is asked for: ``limit`` items at most, behind the place ``after``; None: from the first.
 
-    ``newest_first`` turns the order of surveys and observations round. ``of``: conditions that lots, surveys and
-    changes must meet.
+    ``newest_first`` turns the order of surveys and observations round. ``of``: conditions that lots, surveys,
+    changes and looks must meet.
     """
 
     limit: int = 100

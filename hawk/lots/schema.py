@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 9
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "d7d78705a622101e95818fd7bb8811cb"
+SCHEMA: Final = "feaaf17f326c559fd73f28f171a5d673"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -368,8 +368,10 @@ SHARE: Final = Table(
     Column("made", Float, nullable=False),
     Column("ends", Float, nullable=False),
     Column("taken_back", Float),
+    Column("who", Text),
 )
-"""Links by which others read a lot (`hawk.lots.shares`). ``digest``: SHA-256 of the token."""
+"""Links by which others read a lot (`hawk.lots.shares`). ``digest``: SHA-256 of the token. ``who``: the person with a
+role for some lots who made it; NULL: a role for all lots did, or an earlier version."""
 PIN: Final = Table(
     "pin",
     METADATA,

@@ -66,6 +66,11 @@ class AccessBook:
         found = self.tokens.people.get(name)
         return None if found is None else Access(found.role, found.token.proof, login, person=name, lots=found.lots)
 
+    def lots_of(self, name: str) -> frozenset[str]:
+        """Return the lots that a person's role is for, by their ids: none when nobody has the name any more."""
+        found = self.tokens.people.get(name)
+        return frozenset() if found is None else found.lots
+
 
 class OpenConnections:
     """WebSockets and streams with the access by which they were opened."""

@@ -27,6 +27,7 @@ from hawk.web.access.tls import (
 )
 from hawk.web.access.tokens import (
     TOKEN_FILE,
+    Person,
     TokensError,
     read_tokens,
     remove_drone,
@@ -148,10 +149,13 @@ def _rotate_person(options: argparse.Namespace, config: Config) -> int:
         _say(f"The token of {options.name} opens nothing any more, and its logins end within seconds.")
         return 0
     path, lots = _check_operator(config), _lots_named(config, options.lot)
-    token = rotate_person(path, options.name, Role(options.of_role), lots)
+    before, role = read_tokens(path).people.get(options.name), Role(options.of_role)
+    token = rotate_person(path, options.name, role, lots)
     print(token)
     _say(f"This is the token of {options.name}. It is shown once; {path} holds its hash only.")
-    _say(f"It is that of the role {options.of_role} for {', '.join(sorted(lots.values()))}: for nothing else.")
+    _say(f"It is that of the role {role.value} for {', '.join(sorted(lots.values()))}: for nothing else.")
+    if before is not None and (before.role, before.lots) != (role, frozenset(lots)):
+        _say(f"Before it was {before.role.value} for {_lots_of(_names_shown(config, sorted(before.lots)), before)}.")
     _say(f"Log in on {address(config)}, or open {address(config)}?token={quote(token, safe='')}")
     return 0
 
@@ -184,13 +188,17 @@ def _list(options: argparse.Namespace, config: Config) -> int:
     called = _names_shown(config, sorted({lot for person in tokens.people.values() for lot in person.lots}))
     lines = [f"{role.value}, made {token.made}" for role, token in tokens.by_role.items()]
     for name, person in sorted(tokens.people.items()):
-        lots = ", ".join(sorted(called.get(lot, f"{lot} (not there)") for lot in person.lots)) or "no lot"
-        lines.append(f"{PERSON} {name}, {person.role.value} for {lots}, made {person.token.made}")
+        lines.append(f"{PERSON} {name}, {person.role.value} for {_lots_of(called, person)}, made {person.token.made}")
     lines += [f"{DRONE} {name}, made {token.made}" for name, token in sorted(tokens.drones.items())]
     if config.web.token is not None and Role.OPERATOR not in tokens.by_role:
         lines.insert(0, f"{Role.OPERATOR.value}, by web.token")
     print("\n".join(lines) or "no token")
     return 0
+
+
+def _lots_of(called: Mapping[str, str], person: Person) -> str:
+    """Return the names of a person's lots; ``called``: names by ids."""
+    return ", ".join(sorted(called.get(lot, f"{lot} (not there)") for lot in person.lots)) or "no lot"
 
 
 def _names_shown(config: Config, lots: Sequence[str]) -> Mapping[str, str]:

@@ -165,18 +165,30 @@ def rotate(path: Path, role: Role) -> str:
 
 
 def rotate_drone(path: Path, name: str) -> str:
-    """Give a drone a new token as `rotate` does a role. Raises TokensError, OSError."""
+    """Give a drone a new token as `rotate` does a role. Raises TokensError, for a person's name too, and OSError."""
     tokens, (token, hashed) = read_tokens(path), _made()
+    _check_free(tokens.people, "person", name)
     _write(path, replace(tokens, drones={**tokens.drones, name: hashed}), tokens.drones.get(name))
     return token
 
 
 def rotate_person(path: Path, name: str, role: Role, lots: Collection[str]) -> str:
-    """Give a person a new token for these lots alone, as `rotate` does a role. Raises TokensError, OSError."""
+    """Give a person a new token for these lots alone, as `rotate` does a role.
+
+    Raises TokensError, for a drone's name too, and OSError.
+    """
     tokens, (token, hashed) = read_tokens(path), _made()
+    _check_free(tokens.drones, "drone", name)
     before, person = tokens.people.get(name), Person(role, frozenset(lots), hashed)
     _write(path, replace(tokens, people={**tokens.people, name: person}), None if before is None else before.token)
     return token
+
+
+def _check_free(among: Mapping[str, object], kind: str, name: str) -> None:
+    """Refuse the name of another one: what is stored names its maker. Raises TokensError."""
+    if name in among:
+        remedy = f"write another one, or end that first: hawk-drone tokens remove {kind} --name {name!r}"
+        raise TokensError(f"--name: a {kind} is called {name!r}: {remedy}")
 
 
 def remove_drone(path: Path, name: str) -> None:

@@ -153,7 +153,7 @@ def reader(
     """Return the handler of an address that reads the store.
 
     ``bad_parameter``: status for a parameter that cannot be used. ``lot_of``: finds the lot of an address that has no
-    id in it. ``is_timed``: the answer says when surveys are due.
+    id in it, and which is all that may be read. ``is_timed``: the answer says when surveys are due.
     """
 
     async def handle(request: web.Request) -> web.StreamResponse:
@@ -182,7 +182,8 @@ def reader(
         async with in_time(BUSY):
             store, asked = await opened(request), given
             if lot_of is not None:
-                asked = replace(given, path={**given.path, "id": await lot_of(store, request)})
+                lot = await lot_of(store, request)
+                asked = replace(given, path={**given.path, "id": lot}, lots=frozenset({lot}))
             if prepare is not None:
                 found = await store.read(look)
                 if found is not None:

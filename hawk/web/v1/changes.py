@@ -17,7 +17,7 @@ from aiohttp.typedefs import Handler
 from hawk.comm.protocol.authority import Role
 from hawk.lots.plan.operations import NAMES
 from hawk.lots.values import LotInputError, Register
-from hawk.web.access.access import ACCESS
+from hawk.web.access.access import ACCESS, BOOK
 from hawk.web.v1.answers import JSON, answered, in_time, now_of, opened, text_of
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.parameters import Query, query_of, validated
@@ -25,6 +25,8 @@ from hawk.web.v1.refusals import check_operator
 
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
+
+    from hawk.lots.shares import LotsOf
 
 READ_S: Final = 20.0
 """Real seconds in which the whole request must be there."""
@@ -39,7 +41,7 @@ Work = Callable[[web.Request, Body], Awaitable[object]]
 class Command:
     """A change without its connection: ``path`` holds the values of the address's fields, ``who`` is the ``person``
     whose token it is, else the role, ``now`` the time, UTC, Unix seconds; ``register`` finds a survey's stalls among
-    those of a lot.
+    those of a lot; ``lots_of`` says for which lots a person's role is.
     """
 
     path: Mapping[str, str]
@@ -47,6 +49,7 @@ class Command:
     who: str
     now: float
     register: Register | None = field(repr=False)
+    lots_of: LotsOf = field(repr=False)
     person: str = ""
 
     @property
@@ -64,8 +67,10 @@ def changer(model: type[Given], change: Change) -> Handler:
 
     async def work(request: web.Request, body: Body) -> str:
         store = await opened(request)
-        person = person_of(request)
-        command = Command(dict(request.match_info), body, who_of(request), now_of(request), store.register, person)
+        command = Command(
+            dict(request.match_info), body, who_of(request), now_of(request), store.register, request.app[BOOK].lots_of,
+            person_of(request),
+        )  # fmt: skip
         return await store.write(lambda connection: text_of(change(connection, command)))
 
     return poster(model, work)

@@ -99,7 +99,9 @@ def redo_step(connection: Connection, command: Command) -> object:
 
 def share(connection: Connection, command: Command) -> object:
     """Make a link to a lot; the answer alone holds its token."""
-    return shares.share(connection, command.id, command.body, command.now)
+    return shares.share(
+        connection, command.id, command.body, command.now, command.person, command.lots_of
+    )  # fmt: skip
 
 
 def take_back(connection: Connection, command: Command) -> object:

@@ -1,7 +1,7 @@
 """Links by which others read one lot, without a login: the token opens the addresses below `SHARED` alone.
 
 No picture that was taken, no recording, no person, no drone. Guesses are slowed and logged as those of a login are, and
-apart from them; a link that has ended or was taken back is none.
+apart from them; a link that has ended, was taken back, or whose maker may not read its lot any more is none.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from aiohttp import hdrs, web
 from hawk.lots.store import LotStore
 from hawk.lots.values import NotFoundError
 from hawk.runtime.late import late_functions
+from hawk.web.access.access import BOOK
 from hawk.web.access.guesses import LINK_GUESSES, network_of
 from hawk.web.access.paced_log import PacedLog
 from hawk.web.v1.answers import BUSY, Answer, answered, in_time, made, now_of, opened
@@ -52,7 +53,8 @@ async def lot_of(store: LotStore, request: web.Request) -> str:
             text=f"Too many wrong links came from your address: wait {math.ceil(wait)} s.",
             headers={hdrs.RETRY_AFTER: str(math.ceil(wait))},
         )
-    lot, was_one = await store.read(lambda c: (shares.lot_of(c, token, now), shares.was_link(c, token)))
+    lots_of = request.app[BOOK].lots_of
+    lot, was_one = await store.read(lambda c: (shares.lot_of(c, token, now, lots_of), shares.was_link(c, token)))
     if lot is None:
         if not was_one:
             number = guesses.wrong(address, token)
@@ -66,7 +68,7 @@ async def lot_of(store: LotStore, request: web.Request) -> str:
 async def listed(request: web.Request) -> web.StreamResponse:
     """The links to a lot, without their tokens. One ends without a change of the store: the ETag is the answer's."""
     query_of(request, Query)
-    lot, now = request.match_info["id"], now_of(request)
+    lot, now, lots_of = request.match_info["id"], now_of(request), request.app[BOOK].lots_of
     async with in_time(BUSY):
-        found = await (await opened(request)).read(lambda connection: shares.shares(connection, lot, now))
+        found = await (await opened(request)).read(lambda connection: shares.shares(connection, lot, now, lots_of))
     return await made(request, lambda: Answer(found))

@@ -19,7 +19,7 @@ from hawk.lots.answers import Change, Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.documents import arrival_log
 from hawk.lots.lists import Asked
-from hawk.lots.schema import CHANGE, LOT, SURVEY
+from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import UTC_NAME, Placed
@@ -167,16 +167,18 @@ def survey(connection: Connection, asked: Request[Query]) -> Answer:
 
 
 def observations(connection: Connection, asked: Request[forms.Observations]) -> Answer:
-    """Return the looks at the stalls of a lot."""
+    """Return the looks at the stalls of a lot: for a role for some lots, at those that are theirs now."""
     query = asked.query
-    part = replace(_part(query), newest_first=query.order == "newest", of=_during(connection, query, asked.id))
+    of = [*_during(connection, query, asked.id), *_theirs(connection, asked, STALL.c.lot)]
+    part = replace(_part(query), newest_first=query.order == "newest", of=of)
     found = lists.observations(connection, part, lot_id=asked.id, survey_id=query.survey, stall_id=query.stall)
     return _listed(found)
 
 
 def observations_of_survey(connection: Connection, asked: Request[forms.Listed]) -> Answer:
-    """Return the looks of a survey."""
-    return _listed(lists.observations(connection, _part(asked.query), survey_id=asked.id))
+    """Return the looks of a survey: as `observations` does."""
+    part = replace(_part(asked.query), of=_theirs(connection, asked, STALL.c.lot))
+    return _listed(lists.observations(connection, part, survey_id=asked.id))
 
 
 def changes(connection: Connection, asked: Request[forms.Changes]) -> Answer:

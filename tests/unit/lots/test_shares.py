@@ -1,6 +1,8 @@
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterator
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +18,7 @@ from hawk.lots.shares import DAY_S, LARGEST, LONGEST_DAYS, lot_of, share, shares
 from hawk.lots.storage.database import Database
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, moment
 from hawk.model.poses import GlobalPose
+from tests.unit.lots.survey.test_last_surveys import digests_and_states, make_version_8
 from tests.unit.lots.surveys import box, later, survey
 
 NOW = 1.8e9
@@ -100,3 +103,45 @@ def test_the_link_of_a_lot_that_was_merged_away_opens_nothing(store: Database, l
         assert other.lot is not None
         commands.merge(connection, other.lot, lot, "operator", NOW)
         assert lot_of(connection, made.token, NOW) is None
+
+
+@pytest.mark.fault(
+    "a person with a role for some lots made a link, and has no token any more, or one for other lots",
+    "the link opens nothing, and is listed as shut with the person's name; that of a role for all lots opens",
+)
+def test_the_link_of_a_person_opens_as_long_as_the_role_is_for_its_lot(store: Database, lot: str) -> None:
+    people = {"Ada": [lot], "Ben": ["o" * 36]}
+    with store.writing() as connection:
+        made = {who: share(connection, lot, {"days": 2}, NOW, who, people.__getitem__) for who in ("", "Ada")}
+    for reached, is_open in (([lot], True), (["o" * 36], False), ([], False)):
+        people["Ada"] = reached
+        with store.reading() as connection:
+            found = [lot_of(connection, made[who].token, NOW, people.__getitem__) for who in ("", "Ada")]
+            listed = shares(connection, lot, NOW, people.__getitem__).shares
+            assert lot_of(connection, made["Ada"].token, NOW) is None, "who does not say who may read opens nothing"
+        assert found == [lot, lot if is_open else None]
+        assert {each.who: each.open for each in listed} == {None: True, "Ada": is_open}
+
+
+@pytest.mark.fault(
+    "a store of version 8 with links is upgraded, one of its lots is damaged on the disk",
+    "the other lot is whole, without a new state; the damaged one stays so",
+)
+@pytest.mark.parametrize("is_damaged", [False, True])
+def test_a_lot_with_links_is_whole_after_an_upgrade(store: Database, lot: str, is_damaged: bool) -> None:
+    with store.writing() as connection:
+        made = share(connection, lot, {"days": 2}, NOW)
+    store.close()
+    states = digests_and_states(store.path)
+    make_version_8(store.path)
+    if is_damaged:
+        with closing(sqlite3.connect(store.path)) as opened, opened:
+            (trigger,) = opened.execute("SELECT sql FROM sqlite_master WHERE name = 'digest_share_update'").fetchone()
+            opened.execute("DROP TRIGGER digest_share_update")
+            opened.execute("UPDATE share SET ends = ends + 1e9")
+            opened.execute(trigger)
+    with closing(Database(store.path)) as upgraded:
+        assert bool(upgraded.damage) == is_damaged
+        with upgraded.reading() as connection:
+            assert lot_of(connection, made.token, NOW) == (None if is_damaged else lot)
+    assert is_damaged or digests_and_states(store.path) == states

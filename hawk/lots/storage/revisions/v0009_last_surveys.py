@@ -1,17 +1,20 @@
 """Version 9: a store keeps the newest survey of each lot, with its counts, and what is due at the desk that it is sent
-to.
+to, and who made a link.
 """
 
 from __future__ import annotations
 
-from typing import Final
+import sqlite3
+from typing import Final, cast
 
 from alembic import op
+
+from hawk.lots.storage.digests import Part, differs, digest_of
 
 revision = "0009"
 down_revision = "0008"
 CHANGES_NO_ROW: Final = True
-"""The rows of version 8 stay as they are, and their digests."""
+"""The rows of version 8 stay as they are, and their digests, but for those of lots with links."""
 
 _LAST_SURVEY: Final = """CREATE TABLE last_survey (
   lot VARCHAR(36) NOT NULL PRIMARY KEY,
@@ -71,4 +74,19 @@ def upgrade() -> None:
     )
     op.execute("INSERT INTO last_survey (lot) SELECT id FROM lot")
     op.execute("ALTER TABLE desk ADD COLUMN due TEXT")
+    _add_makers()
     op.execute("PRAGMA user_version = 9")
+
+
+def _add_makers() -> None:
+    """Add the column of who made a link, and digest the lots with links again: no row gets a new state, and what is
+    damaged stays so.
+    """
+    store = cast("sqlite3.Connection", op.get_bind().connection.dbapi_connection)
+    sealed = "SELECT key, digest FROM digest WHERE part = 'lot' AND key IN (SELECT lot FROM share)"
+    found = [(Part("lot", lot), digest) for lot, digest in store.execute(sealed).fetchall()]
+    whole = [part for part, digest in found if not differs(store, part, digest)]
+    op.execute("ALTER TABLE share ADD COLUMN who TEXT")
+    for part in whole:
+        given = digest_of(store, part), part.key
+        store.execute("UPDATE digest SET digest = ? WHERE part = 'lot' AND key = ?", given)

@@ -444,9 +444,10 @@ export interface ListedArrival {
   times: number;
 }
 
-/** A link to a lot, without its token. `open`: it opens the lot now. */
+/** A link to a lot, without its token. `open`: it opens the lot now. `who`: the person of some lots who made it. */
 export interface ListedLink {
   id: string;
+  who: string | null;
   made: string;
   ends: string;
   open: boolean;

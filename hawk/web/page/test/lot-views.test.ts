@@ -145,7 +145,7 @@ describe("lots over time", () => {
     answers = {
       "/statistics/surveys": { lot: LOT, name: "North", clock: "UTC", interval: 0.9, before: null, after: null, surveys: [survey(TWO, "2026-05-04T12:00:00Z"), survey(ONE, "2026-05-04T10:00:00Z", { left_out_code: "unregistered", occupancy: NONE })] },
       "/map": DRAWN,
-      "/shares": { shares: [{ id: ONE, made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
+      "/shares": { shares: [{ id: ONE, who: "Ada", made: "2026-05-04T10:00:00Z", ends: "2026-06-03T10:00:00Z", open: true }] },
       "/changes": { next: null, items: [] },
       "/recordings": { next: null, items: [{ name: "20260504T100000Z.mcap", bytes: 2_000_000, began: "2026-05-04T10:00:00Z", seconds: 90, survey: ONE, lot: { name: HTML }, keep: false, under_way: false }] },
       "/observations": { next: null, items: [{ survey: ONE, label: "A 1", observed: "2026-05-04T10:00:00Z", state: "taken", taken_probability: 0.97 }] },
@@ -494,6 +494,7 @@ describe("lots over time", () => {
 
   it("make a link that is shown once, and take one back", async () => {
     await open(`#/lots/${LOT}?show=links`);
+    assert.match(words(archive), /ends 2026-06-03 · Ada/);
     archive.querySelector("form")?.dispatchEvent(new Event("submit", { bubbles: true, cancelable: true }));
     await drawn();
     assert.match(archive.querySelector<HTMLInputElement>(".address")?.value ?? "", /\/shared#secret$/);

@@ -24,6 +24,7 @@ from hawk.lots.plan.queries import in_plan
 from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.storage.backup import backup, restore
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.digests import Part, digest_of
 from hawk.lots.storage.erasure import erase_rows, found_lot, found_survey
 from hawk.lots.survey import last_surveys
 from hawk.lots.survey.counts import counts_of
@@ -215,6 +216,12 @@ def make_version_8(path: Path) -> None:
             opened.execute(f"DROP TRIGGER {name}")
         opened.execute("DROP TABLE last_survey")
         opened.execute("ALTER TABLE desk DROP COLUMN due")
+        opened.execute("ALTER TABLE share DROP COLUMN who")
+        for (lot,) in opened.execute("SELECT DISTINCT lot FROM share").fetchall():
+            opened.execute(
+                "UPDATE digest SET digest = ? WHERE part = 'lot' AND key = ?",
+                (digest_of(opened, Part("lot", lot)), lot),
+            )
         opened.execute("DELETE FROM digest WHERE part = 'last'")
         opened.execute("UPDATE alembic_version SET version_num = '0008'")
         opened.execute("PRAGMA user_version = 8")

@@ -125,6 +125,31 @@ def test_the_command_makes_lists_and_removes_a_person(folder: Path, capsys: pyte
     assert list(read_tokens(folder / TOKEN_FILE).people) == ["Ben"]
 
 
+def test_a_new_token_for_other_lots_says_what_it_replaces(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rotate_person(folder / TOKEN_FILE, "Ada", Role.OPERATOR, [NORTH])
+    person = ["tokens", "rotate", "person", "--name", "Ada", "--role", "viewer", "--lot", "Lot 1"]
+    for words in (f"Before it was operator for {NORTH} (not there).", ""):
+        assert main([*person, "--store", str(folder)]) == 0
+        said = capsys.readouterr().err
+        assert "viewer for Lot 1: for nothing else" in said
+        assert [line for line in said.splitlines() if line.startswith("Before")] == ([words] if words else [])
+
+
+def test_a_person_and_a_drone_have_no_name_in_common(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = folder / TOKEN_FILE
+    rotate_drone(path, "Drone 1")
+    rotate_person(path, "Ada", Role.VIEWER, [NORTH])
+    before = path.read_bytes()
+    for other, given in (
+        ("drone", ["person", "--name", "Drone 1", "--role", "viewer", "--lot", "Lot 1"]),
+        ("person", ["drone", "--name", "Ada"]),
+    ):
+        assert main(["tokens", "rotate", *given, "--store", str(folder)]) == EXIT_USAGE
+        name = repr(given[2])
+        assert f"--name: a {other} is called {name}: write another one" in capsys.readouterr().err
+        assert path.read_bytes() == before
+
+
 @pytest.mark.parametrize(
     ("given", "words"),
     [

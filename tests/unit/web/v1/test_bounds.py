@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -18,11 +19,12 @@ from hawk.exports.formats import FEEDS
 from hawk.lots import reach
 from hawk.lots.schema import LOT, STALL, SURVEY
 from hawk.web.access.access import ACCESS, Access
-from hawk.web.access.tokens import TOKEN_FILE, rotate_person
+from hawk.web.access.tokens import TOKEN_FILE, remove_person, rotate_person
 from hawk.web.v1.bounds import FOR_ALL_LOTS, bounded, ids_asked
 from hawk.web.v1.operations import Bound, Operation
 from hawk.web.v1.table import OPERATIONS
 from tests.sweep import sweep
+from tests.unit.lots.surveys import box
 from tests.unit.web.v1.archive import Archive
 
 OURS: Final = "The lot of Ada"
@@ -302,3 +304,61 @@ async def test_a_lot_that_was_merged_counts_as_the_one_that_it_is_part_of(parted
             assert response.status == status
     await archive.store.write(lambda connection: merge(connection, ours, theirs))
     assert theirs in await archive.store.write(lambda connection: merge(connection, theirs, ours)), "a round ends"
+
+
+@pytest.mark.fault(
+    "a part of a lot becomes another lot, and one who may read the first alone asks for looks at stalls",
+    "looks at stalls of the first lot, by the role and by a link; at all of them once both are one lot again",
+)
+async def test_looks_at_what_was_split_off_are_not_theirs_any_more(parted: Parted) -> None:
+    archive, lot, survey = parted.archive, parted.ours["lot"], parted.ours["survey"]
+    token = (await archive.done(f"/lots/{lot}/shares", days=1))["token"]
+    paths = f"/surveys/{survey}/observations", f"/lots/{lot}/observations", f"/shared/{token}/observations"
+
+    async def seen() -> list[set[str]]:
+        found = [json.loads((await parted.ask(f"{path}?limit=500"))[1])["items"] for path in paths]
+        return [{each["label"][0] for each in items} for items in found]
+
+    assert await seen() == [{"A", "B"}] * 3
+    part = [list(corner) for corner in box(-13, -5, 8.5, 60).polygons[0]]
+    await archive.done(f"/lots/{lot}/split", outline=part, name="Part")
+    assert await seen() == [{"A"}] * 3
+    whole = await archive.items(f"/lots/{lot}/observations")
+    assert {each["label"][0] for each in whole} == {"A", "B"}, "a role for all lots reads what was"
+    is_part = LOT.c.name == "Part"
+    await archive.store.write(lambda c: c.execute(update(LOT).where(is_part).values(merged_into=lot)))
+    assert await seen() == [{"A", "B"}] * 3
+
+
+@pytest.mark.fault(
+    "a person makes a link to the lot that hers was merged into; the merge is undone, or her token is removed",
+    "the link opens nothing from then on, and the list names her; that of a role for all lots opens",
+)
+async def test_a_link_ends_with_the_right_of_the_person_who_made_it(parted: Parted, tmp_path: Path) -> None:
+    archive, far, near = parted.archive, parted.theirs["lot"], parted.ours["lot"]
+
+    async def merge(into: str | None) -> None:
+        merged = update(LOT).where(LOT.c.id == near).values(merged_into=into)
+        await archive.store.write(lambda connection: connection.execute(merged))
+
+    async def opened(token: str) -> list[int]:
+        return [(await parted.ask(f"/shared/{each}/observations"))[0] for each in (token, whole)]
+
+    async def made(lot: str) -> str:
+        async with parted.operator.post(archive.address(f"/lots/{lot}/shares"), json={"days": 30}) as response:
+            assert response.status == 200
+            return str((await response.json())["token"])
+
+    whole = (await archive.done(f"/lots/{far}/shares", days=1))["token"]
+    await merge(far)
+    hers = await made(far)
+    assert await opened(hers) == [200, 200]
+    await merge(None)
+    assert await opened(hers) == [404, 200]
+    listed = (await archive.get(f"/lots/{far}/shares"))["shares"]
+    assert {(each["who"], each["open"]) for each in listed} == {("Ada operator", False), (None, True)}
+    hers = await made(near)
+    assert await opened(hers) == [200, 200]
+    remove_person(tmp_path / TOKEN_FILE, "Ada operator")
+    await archive.stand.look()
+    assert await opened(hers) == [404, 200]

@@ -46,7 +46,7 @@ export class LinksView extends View {
 
   private row(row: ListedLink): TemplateResult {
     const words = say(row.open ? "archive-link-open" : "archive-link-shut", { made: this.day(row.made), ends: this.day(row.ends) });
-    return html`<li>${words} ${row.open && this.mayChange ? asking(row.id === this.asked, { ask: say("archive-take-back"), sure: say("archive-take-back") }, (isAsked) => (this.asked = isAsked ? row.id : ""), () => void this.takeBack(row)) : nothing}</li>`;
+    return html`<li>${words}${row.who === null ? "" : ` · ${row.who}`} ${row.open && this.mayChange ? asking(row.id === this.asked, { ask: say("archive-take-back"), sure: say("archive-take-back") }, (isAsked) => (this.asked = isAsked ? row.id : ""), () => void this.takeBack(row)) : nothing}</li>`;
   }
 
   private async make(event: SubmitEvent): Promise<void> {
