@@ -19,7 +19,7 @@ from hawk.store.recording_request import ASKED
 from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone
-from hawk.web.v1 import recording_requests
+from hawk.web.v1 import file_transfer
 from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig
 from tests.unit.web.v1.centre import ONE, OTHER, Centre
@@ -279,13 +279,12 @@ async def test_a_survey_that_is_deleted_while_the_last_part_comes_gets_no_record
     size = len(asking.data)
     await asking.ask()
     await asking.offer(size)
-    received = recording_requests.receive
 
     async def receive(request: web.Request, write: Callable[[bytes], Awaitable[object]]) -> None:
-        await received(request, write)
+        await file_transfer.receive(request, write)
         await asking.change(f"surveys/{asking.survey}/delete")
 
-    monkeypatch.setattr(recording_requests, "receive", receive)
+    monkeypatch.setattr("hawk.web.v1.recording_requests.receive", receive)
     assert (await asking.part(0, size))[0] == 409
     assert asking.files() == {}
 
