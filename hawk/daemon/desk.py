@@ -31,7 +31,7 @@ from hawk.config.sections import Config, ConfigError, InboxSettings
 from hawk.daemon.announcement import PageShown, announcement, serve
 from hawk.daemon.lots.day_flights import DayPlanner, drone_of
 from hawk.daemon.lots.keeper import find_stalls
-from hawk.daemon.lots.schedule import Timetable
+from hawk.daemon.lots.schedule import ScheduledNames, Timetable
 from hawk.daemon.start_checks import check_background
 from hawk.lots.change_detection.comparison import newest_placed
 from hawk.lots.names import lot_named
@@ -243,17 +243,21 @@ def _announce(page: PageShown, folder: Path, place: str, *, is_recording: bool) 
 
 @contextlib.asynccontextmanager
 async def _sending(config: Config, store: LotStore | None, timetable: Timetable) -> AsyncIterator[None]:
-    """Send surveys of the store to the desk that collects them, where the settings name one."""
+    """Send surveys of the store to the desk that collects them, where the settings name one, and log which lots of the
+    schedule are not known.
+    """
     if store is None:
         yield
         return
     sender = DocumentSender(store, config.collect, time.time, lambda: False, _log_message, take_due=timetable.take)
-    running = asyncio.create_task(sender.run(), name="collect")
+    scheduled = ScheduledNames(store, config.schedule, _log_message)
+    running = [asyncio.create_task(sender.run(), name="collect"), asyncio.create_task(scheduled.run(), name="schedule")]
     try:
         yield
     finally:
-        running.cancel()
-        await asyncio.gather(running, return_exceptions=True)
+        for each in running:
+            each.cancel()
+        await asyncio.gather(*running, return_exceptions=True)
 
 
 def _log_message(level: Level, text: str, details: str) -> None:

@@ -323,7 +323,7 @@ class LotStore:
         with contextlib.suppress(LotStoreError):
             opened = self._opened()
             with opened.reading() as connection:
-                is_due = last_surveys.has_more(connection)
+                is_due = bool(opened.stale) or last_surveys.has_more(connection)
             if is_due:  # a transaction that writes nothing ends every answer's ETag, too
                 with opened.writing():
                     pass  # the end of each transaction keeps some

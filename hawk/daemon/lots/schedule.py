@@ -6,7 +6,7 @@ import asyncio
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from datetime import datetime, time, timedelta
+from datetime import UTC, datetime, time, timedelta, tzinfo
 from typing import TYPE_CHECKING, Final
 
 from hawk.config.sections import DAYS, ScheduledSurvey
@@ -17,13 +17,18 @@ from hawk.model.sentences import say
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded on the store's thread
+    from sqlalchemy import Connection
+
     from hawk.lots import known_lot as queries
-    from hawk.lots import names
+    from hawk.lots import names, time_zone
     from hawk.lots.documents.lot_document import LotDue
+    from hawk.lots.storage import database
 else:
     queries, names = late("hawk.lots.known_lot"), late("hawk.lots.names")
+    time_zone, database = late("hawk.lots.time_zone"), late("hawk.lots.storage.database")
 
 _LOG = logging.getLogger(__name__)
+_CANNOT_READ: Final = "the schedule cannot read the lots: %s"
 LOOK_S: Final = 30.0
 """Real seconds between two looks at the clock."""
 EARLY: Final = timedelta(minutes=30)
@@ -36,12 +41,22 @@ LATE: Final = timedelta(hours=6)
 class Flown:
     """A lot of the schedule as the store has it. ``last``: end of its newest survey, Unix seconds; None: none.
 
-    Pictures whose time is not sure count as none.
+    Pictures whose time is not sure count as none. ``clock``: that of the settings, else of the lot's time zone.
     """
 
     id: str
     name: str
     last: float | None
+    clock: tzinfo
+
+
+@dataclass(frozen=True, slots=True)
+class Come:
+    """A moment that has come. ``lot``: as of `Timetable.lots`; ``clock``: of the settings, None for the desk's."""
+
+    lot: str
+    moment: datetime
+    clock: tzinfo | None
 
 
 def moment_due(entry: ScheduledSurvey, now: datetime) -> datetime | None:
@@ -134,13 +149,13 @@ class Timetable:
         """Return True when a survey of a lot is due now; arguments as those of `moments`."""
         return not self.is_empty and bool(self.moments(lot, name, last, now, 0))
 
-    def come(self, now: float) -> list[tuple[str, datetime]]:
-        """Return the lots, by `lots`, with the moments that have come and are not over, whether flown or not."""
+    def come(self, now: float) -> list[Come]:
+        """Return the moments that have come and are not over, whether flown or not: those of the settings first."""
         own = ((entry.lot, moment_due(entry, datetime.fromtimestamp(now, entry.clock()))) for entry in self.entries)
-        found = [(lot, moment) for lot, moment in own if moment is not None]
+        found = [Come(lot, moment, moment.tzinfo) for lot, moment in own if moment is not None]
         for each in self._at_desk.values():
-            moments = map(_here, each.moments)
-            found += [(each.lot, one) for one in moments if one.timestamp() <= now < (one + LATE).timestamp()]
+            moments = (datetime.fromtimestamp(seconds, UTC) for seconds in each.moments)
+            found += [Come(each.lot, one, None) for one in moments if one.timestamp() <= now < (one + LATE).timestamp()]
         return found
 
     def last(self, lot: str, here: float | None) -> float | None:
@@ -156,6 +171,50 @@ def _later(one: float | None, other: float | None) -> float | None:
 def _here(seconds: float) -> datetime:
     """Return a moment by this computer's clock."""
     return datetime.fromtimestamp(seconds).astimezone()
+
+
+class ScheduledNames:
+    """Says which lots of the settings' schedule no lot is: when that is so from the first, and when a lot's name or id
+    is gone, as by a person's change. `run` and `look` belong to the loop.
+    """
+
+    def __init__(
+        self, store: LotStore, entries: Sequence[ScheduledSurvey], add_message: Callable[[Level, str, str], object]
+    ) -> None:
+        """Take the parts, those of `Schedule`; nothing is read yet."""
+        self._store = store
+        self._given = sorted({entry.lot for entry in entries})
+        self._add_message = add_message
+        self._version = ""
+        self._unknown: frozenset[str] = frozenset()
+
+    async def run(self) -> None:
+        """Look again and again until cancelled."""
+        while self._given:
+            try:
+                await self.look()
+            except LotStoreError as error:
+                _LOG.warning(_CANNOT_READ, error)
+            await asyncio.sleep(LOOK_S)
+
+    async def look(self) -> None:
+        """Say which are not known since the last look, before their surveys are due, too. Raises LotStoreError."""
+        if not self._given:
+            return
+        await self._store.open()
+        found = await self._store.read(self._read)
+        if found is None:
+            return
+        self._version, unknown, there = found
+        gone, self._unknown = [each for each in unknown if each not in self._unknown], frozenset(unknown)
+        for each in gone:
+            text = say("The schedule names a lot that is not known: {lot}.", lot=each)
+            self._add_message("warning", text, unknown_lot(each, there))
+
+    def _read(self, connection: Connection) -> tuple[str, list[str], list[str]] | None:
+        """Return the store's version, the unknown names, and those that there are; None: as at the last look."""
+        version = database.version_of(connection)
+        return None if version == self._version else (version, *names.unknown_lots(connection, self._given))
 
 
 class Schedule:
@@ -183,8 +242,8 @@ class Schedule:
         self._wall = wall
         self._is_armed = is_armed
         self._add_message = add_message
+        self._names = ScheduledNames(store, timetable.entries, add_message)
         self._said: set[tuple[str, float]] = set()
-        self._is_checked = False
 
     async def run(self) -> None:
         """Look at the clock until cancelled; where nothing can be due wait for that."""
@@ -195,38 +254,34 @@ class Schedule:
                 try:
                     await self.look()
                 except LotStoreError as error:
-                    _LOG.warning("the schedule cannot read the lots: %s", error)
+                    _LOG.warning(_CANNOT_READ, error)
             await asyncio.sleep(LOOK_S)
 
     async def look(self) -> None:
-        """Say what has become due since the last look, and once which lots are not known. Raises LotStoreError."""
-        await self._look_for_unknown()
-        for named, moment in self._timetable.come(self._wall()):
-            if (named, moment.timestamp()) in self._said:
+        """Say what has become due since the last look, and which lots are not known now. Raises LotStoreError."""
+        await self._names.look()
+        for each in self._timetable.come(self._wall()):
+            seconds = each.moment.timestamp()
+            if (each.lot, seconds) in self._said:
                 continue
-            lot = await self._flown(named)
-            self._said.add((named, moment.timestamp()))
-            if lot is not None and not is_flown(self._timetable.last(lot.id, lot.last), moment):
-                when = f"{moment:%H:%M}"
+            lot = await self._flown(each)
+            is_new = lot is not None and (lot.id, seconds) not in self._said
+            self._said |= {(each.lot, seconds), *([(lot.id, seconds)] if lot is not None else [])}
+            if lot is not None and is_new and not is_flown(self._timetable.last(lot.id, lot.last), each.moment):
+                when = f"{each.moment.astimezone(lot.clock):%H:%M}"
                 self._add_message(
                     "warning",
                     say("A survey of {name} is due since {when}.", name=lot.name, when=when),
                     say("Arm, and confirm the flight: nothing flies by itself."),
                 )
 
-    async def _look_for_unknown(self) -> None:
-        """Say which lots of the schedule are not known, once each: also before their surveys are due."""
-        if self._is_checked or not self._timetable.entries:
-            return
+    async def _flown(self, come: Come) -> Flown | None:
         await self._store.open()
-        given = sorted({entry.lot for entry in self._timetable.entries})
-        unknown, there = await self._store.read(lambda connection: names.unknown_lots(connection, given))
-        self._is_checked = True
-        for each in unknown:
-            text = say("The schedule names a lot that is not known: {lot}.", lot=each)
-            self._add_message("warning", text, unknown_lot(each, there))
+        return await self._store.read(lambda connection: _flown(connection, come))
 
-    async def _flown(self, lot: str) -> Flown | None:
-        await self._store.open()
-        found = await self._store.read(lambda connection: queries.newest_survey(connection, lot))
-        return None if found is None else Flown(*found)
+
+def _flown(connection: Connection, come: Come) -> Flown | None:
+    found = queries.newest_survey(connection, come.lot)
+    if found is None:
+        return None
+    return Flown(*found, come.clock or time_zone.clock_of(time_zone.zone_of_lot(connection, found[0])))

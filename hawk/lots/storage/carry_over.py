@@ -19,9 +19,9 @@ from typing import Final, cast
 
 from hawk.lots.schema import ARRIVAL, VERSION
 from hawk.lots.storage import states
-from hawk.lots.storage.damage_search import damaged_parts
+from hawk.lots.storage.damage_search import DamageSearch, damaged_parts
 from hawk.lots.storage.database import check, read_only
-from hawk.lots.storage.digests import Part, seal
+from hawk.lots.storage.digests import Part, forget, seal
 from hawk.lots.storage.erasure import all_erased, erase_again, note_erased
 from hawk.lots.values import LotStoreError
 
@@ -96,13 +96,15 @@ def carry_over(prepared: Path, former: Former, now: float) -> tuple[str, ...]:
         for pragma in ("foreign_keys = ON", "trusted_schema = OFF", "secure_delete = ON"):
             store.execute(f"PRAGMA {pragma}")
         store.execute("BEGIN IMMEDIATE")
-        damaged = damaged_parts(store)
+        search = DamageSearch(looks_at_pages=False)
+        search.go_on(store, lambda: False)
+        forget(store, search.stale)
         note_erased(store, former.erased)
         gone = erase_again(store)
         links = _take_back(store, former, now)
         states.renumber_all(store, former.last_state)
         _add_arrivals(store, former)
-        seal(store, damaged)
+        seal(store, search.found)
         store.execute("COMMIT")
         if gone.surveys or gone.lots:
             store.execute("VACUUM")

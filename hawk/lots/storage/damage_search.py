@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Final
 
 from hawk.lots.schema import PARTS
-from hawk.lots.storage.digests import Part, columns_of, differs, selections
+from hawk.lots.storage.digests import LAST, Part, columns_of, differs, selections
 
 _AT_ONCE: Final = 200
 """Parts whose digests are read together."""
@@ -44,12 +44,14 @@ def faults_of(store: sqlite3.Connection, is_over: Callable[[], bool] = lambda: F
 class DamageSearch:
     """Reads all of a store once, and names the parts that are damaged.
 
-    ``found``: these parts so far. ``faults``: what is wrong with the file itself, in SQLite's words; "" for nothing.
+    ``found``: these parts so far. ``stale``: lots whose newest survey is to be made again. ``faults``: what is
+    wrong with the file itself, in SQLite's words; "" for nothing.
     """
 
     def __init__(self, *, looks_at_pages: bool = True) -> None:
         """Nothing is read yet. ``looks_at_pages``: the file's pages are checked before the parts."""
         self.found: set[Part] = set()
+        self.stale: set[str] = set()
         self.faults = ""
         self._at = ("", "")
         self._steps = [self._pages, self._digests, self._unknown][not looks_at_pages :]
@@ -85,7 +87,7 @@ class DamageSearch:
                     return False
                 part = Part(kind, str(key))
                 if digest is not None and differs(store, part, digest, asked.get(kind)):
-                    self.found.add(part)
+                    self._note(part)
                 self._at = kind, key
         return True
 
@@ -104,8 +106,16 @@ class DamageSearch:
             rows = _unless(store, is_over, _WITHOUT.format(kind=kind, table=table, key=key))
             if rows is None:
                 return False
-            self.found |= {Part(kind, each.decode(errors="replace")) for (each,) in rows if isinstance(each, bytes)}
+            for (each,) in rows:
+                if isinstance(each, bytes):
+                    self._note(Part(kind, each.decode(errors="replace")))
         return True
+
+    def _note(self, part: Part) -> None:
+        if part.kind == LAST:  # nothing is lost
+            self.stale.add(part.key)
+        else:
+            self.found.add(part)
 
 
 def _unless(

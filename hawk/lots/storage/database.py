@@ -24,6 +24,7 @@ from sqlalchemy.exc import DBAPIError
 from sqlalchemy.pool import QueuePool, StaticPool
 
 from hawk.lots.schema import APPLICATION_ID, SCHEMA, VERSION
+from hawk.lots.storage import digests
 from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
 from hawk.lots.storage.digests import Part, note_damaged, pass_over, seal, seal_everything, words_of
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
@@ -66,7 +67,8 @@ class Database:
 
     ``is_read_only``: it is of a newer version, or damaged as a whole, named in ``notice``. ``damaged``: parts that
     readers pass over, named in ``damage`` and ``notice``. ``is_searched``: set when no more damage is searched for.
-    ``has_more_newest``: rows of `hawk.lots.survey.last_surveys` may be left for the next transactions.
+    ``has_more_newest``: rows of `hawk.lots.survey.last_surveys` may be left for the next transactions. ``stale``: lots
+    whose row is damaged: readers pass it over until a transaction has made it again.
     """
 
     def __init__(
@@ -89,6 +91,7 @@ class Database:
         self.path = path
         self.damage, self._migrated = "", ""
         self.damaged: tuple[Part, ...] = ()
+        self.stale: frozenset[str] = frozenset()
         self._patience_s = patience_s
         self._search = DamageSearch()
         self.is_searched = threading.Event()
@@ -140,12 +143,16 @@ class Database:
         if self.is_read_only:
             raise LotStoreError(self.notice)
         with explained(self.path):
+            stale = self.stale if self.is_searched.is_set() else frozenset()  # until then the search may find more
             with self._engine.connect() as connection, connection.begin():
                 note_damaged(connection, self.damaged)
+                digests.forget(raw := _raw(connection), stale)
                 yield connection
-                if not self.damaged:
-                    self.has_more_newest = last_surveys.renew(connection)
-                seal(_raw(connection), self.damaged)
+                self.has_more_newest = last_surveys.renew(connection, digests.lots_of(raw, self.damaged))
+                seal(raw, self.damaged)
+            if stale:
+                self.stale = frozenset()
+                self._readers.dispose()  # those that are opened from now on see these rows
             self.put_into_file()
 
     @property
@@ -190,8 +197,8 @@ class Database:
 
         def connect() -> sqlite3.Connection:
             opened = self._prepared(read_only(self.path, check_same_thread=False), {})
-            if self.damaged:
-                pass_over(opened, self.damaged)
+            if self.damaged or self.stale:
+                pass_over(opened, [*self.damaged, *(Part(digests.LAST, lot) for lot in self.stale)])
             return opened
 
         pool = {"pool_size": KEPT_READERS, "max_overflow": -1, "pool_use_lifo": True}
@@ -231,6 +238,9 @@ class Database:
             words = words_of(opened, found := tuple(sorted(self._search.found)))
         if self._search.faults:
             raise LotStoreError(f"{self.path} is damaged: {self._search.faults}. {_RESTORE}")
+        if self._search.stale != self.stale:
+            self.stale, self.has_more_newest = frozenset(self._search.stale), True
+            self._readers.dispose()
         if found != self.damaged:
             self.notice = ". ".join(each for each in (self._migrated, f"{self.path}: {words}") if each)
             self.damage, self.damaged, self._opened = words, found, secrets.token_hex(4)

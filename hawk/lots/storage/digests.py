@@ -3,7 +3,8 @@
 A disk that changes a bit is no error to SQLite. Each transaction stores the digests of the parts that it changed, which
 triggers have noted. They are compared when the file is opened (`hawk.lots.storage.damage_search`), at a backup, by
 `hawk-drone verify`, and where one survey or lot is read or changed. A part that is damaged is passed over by every
-reader and named; it stays damaged when something is written into it.
+reader and named; it stays damaged when something is written into it. A newest survey follows from other parts: one that
+is damaged is passed over until it is made again, and no damage.
 """
 
 from __future__ import annotations
@@ -32,9 +33,17 @@ _CHECKED: Final = "hawk.lots.checked"
 _CODES: Final[Mapping[type, str]] = {float: "d", int: "q"}
 """Codes of `struct`."""
 _NUMBERED: Final = ("survey", "change", "outbox")
-_LAST: Final = "last"
-_FOLLOWED: Final = {"lot", "survey"}
-"""Kinds that `_LAST` follows from: where one is damaged, it is not known which lots it was of."""
+LAST: Final = "last"
+"""Kind of the parts that follow from others (`hawk.lots.survey.last_surveys`)."""
+_DAMAGED_SURVEYS: Final = "(SELECT CAST(key AS INTEGER) FROM temp.damaged WHERE part = 'survey')"
+_OF_DAMAGED: Final = (
+    "lot IN (SELECT key FROM temp.damaged WHERE part IN ('lot', 'last'))"  # noqa: S608 - our own words
+    f" OR lot IN (SELECT lot FROM main.survey WHERE seq IN {_DAMAGED_SURVEYS})"
+    " OR surveys != (SELECT count(*) FROM main.survey AS one"
+    f" WHERE one.lot = last_survey.lot AND one.seq NOT IN {_DAMAGED_SURVEYS})"
+)
+"""Newest surveys that may follow from what is damaged. Of a damaged survey the row may say another lot than its own,
+or be gone: the lot that it was counted to has fewer surveys now."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -119,7 +128,29 @@ def seal_everything(store: sqlite3.Connection, damaged: Collection[Part] = ()) -
                 f"INSERT INTO digest (part, key) SELECT DISTINCT '{kind}', CAST({key} AS TEXT) FROM {table} "  # noqa: S608
                 "WHERE true ON CONFLICT (part, key) DO UPDATE SET digest = NULL"
             )
+    store.execute("DELETE FROM last_survey")  # else a damaged one had a digest from now on
+    store.execute("INSERT INTO last_survey (lot) SELECT id FROM lot")
     seal(store, damaged)
+
+
+def forget(store: sqlite3.Connection, lots: Collection[str]) -> None:
+    """Forget the newest surveys of lots: the ends of transactions make them again. Rows of no lot go."""
+    if lots:
+        store.execute("DELETE FROM last_survey WHERE lot NOT IN (SELECT id FROM lot)")
+    for lot in lots:
+        store.execute("DELETE FROM last_survey WHERE lot = ?", (lot,))
+        store.execute("UPDATE digest SET digest = NULL WHERE part = ? AND key = ?", (LAST, lot))
+        store.execute("INSERT INTO last_survey (lot) SELECT id FROM lot WHERE id = ?", (lot,))
+
+
+def lots_of(store: sqlite3.Connection, damaged: Collection[Part]) -> list[str]:
+    """Return the lots that damaged parts are of: no newest survey is made of them, which readers would not see."""
+    found = {part.key for part in damaged if part.kind == "lot"}
+    for part in damaged:
+        if part.kind == "survey" and part.key.isdecimal():
+            asked = "SELECT CAST(lot AS BLOB) FROM survey WHERE seq = CAST(? AS INTEGER)"
+            found |= {bytes(lot or b"").decode(errors="replace") for (lot,) in store.execute(asked, (part.key,))}
+    return sorted(found)
 
 
 def differs(store: sqlite3.Connection, part: Part, digest: object, asked: Sequence[str] | None = None) -> bool:
@@ -142,7 +173,7 @@ _NAMES: Final = {
     "survey": ("SELECT id, ended FROM main.survey WHERE seq = ?", "survey"),
     "lot": ("SELECT name, made FROM main.lot WHERE id = ?", "lot"),
 }
-_OTHERS: Final = {"change": "change", "outbox": "message to a receiver", "last": "counts kept of the lot"}
+_OTHERS: Final = {"change": "change", "outbox": "message to a receiver"}
 
 
 def _name(store: sqlite3.Connection, part: Part) -> str:
@@ -163,10 +194,10 @@ def pass_over(store: sqlite3.Connection, parts: Collection[Part]) -> None:
     store.execute("CREATE TEMP TABLE damaged (part TEXT, key TEXT, PRIMARY KEY (part, key)) WITHOUT ROWID")
     store.executemany("INSERT INTO temp.damaged VALUES (?, ?)", [(part.kind, part.key) for part in parts])
     kinds = {part.kind for part in parts} & PARTS.keys()
-    for kind in kinds | {_LAST}:
+    for kind in kinds | {LAST}:
         is_damaged = f"CAST({{key}} AS TEXT) IN (SELECT key FROM temp.damaged WHERE part = '{kind}')"  # noqa: S608
         for table, key in PARTS[kind].items():
-            hidden = "true" if kind == _LAST and kinds & _FOLLOWED else is_damaged.format(key=key)
+            hidden = f"coalesce({_OF_DAMAGED}, false)" if kind == LAST else is_damaged.format(key=key)
             store.execute(f"CREATE TEMP VIEW {table} AS SELECT * FROM main.{table} WHERE NOT {hidden}")  # noqa: S608
 
 

@@ -2,8 +2,9 @@
 
 A row follows from the lot, its plan and sections, all of its surveys with their looks, and the clock. Each of the first
 is in a part of the store that has a digest. Triggers forget the row of a lot in the statement that changes such a part,
-or that takes a survey to or from the lot; the end of the transaction makes it again (`renew`). Of a lot with pictures a
-row holds while the same pictures have been. What is missing, or holds no more, readers count themselves.
+or that takes a survey to or from the lot; the end of the transaction makes it again (`renew`), and one that is
+damaged. Of a lot with pictures a row holds while the same pictures have been. What is missing, or holds no more,
+readers count themselves.
 """
 
 from __future__ import annotations
@@ -88,8 +89,12 @@ _KEPT: Final = select(LAST_SURVEY).where(is_among(LAST_SURVEY.c.lot), _HOLDS)
 _IS_OPEN: Final = or_(LAST_SURVEY.c.stalls.is_(None), LAST_SURVEY.c.to_come.is_not(None))
 """The condition of an index: rows that are to be made again, now or later."""
 _CHANGED: Final = (
-    select(LAST_SURVEY.c.lot).where(_IS_OPEN, not_(_HOLDS)).order_by(LAST_SURVEY.c.lot).limit(_AT_ONCE + 1)
+    select(LAST_SURVEY.c.lot)
+    .where(_IS_OPEN, not_(_HOLDS), not_(is_among(LAST_SURVEY.c.lot)))
+    .order_by(LAST_SURVEY.c.lot)
+    .limit(_AT_ONCE + 1)
 )
+"""Rows to be made again, but for those of lots that are ``among``."""
 _KEEP: Final = update(LAST_SURVEY).where(LAST_SURVEY.c.lot == bindparam("of"))
 COUNTS: Final = ("free", "taken", "unknown")
 _NAMES: Final = tuple(each.name for each in fields(LastSurvey) if each.name not in COUNTS)
@@ -117,12 +122,15 @@ def made(connection: Connection, lots: Sequence[str]) -> Mapping[str, LastSurvey
 
 def has_more(connection: Connection) -> bool:
     """Return whether rows are to be made again."""
-    return connection.execute(_CHANGED.limit(1)).first() is not None
+    return connection.execute(_CHANGED.limit(1), {"among": "[]"}).first() is not None
 
 
-def renew(connection: Connection) -> bool:
-    """Make the rows again that triggers have forgotten, some at most; return whether others are left."""
-    changed = connection.execute(_CHANGED).scalars().all()
+def renew(connection: Connection, damaged: Sequence[str] = ()) -> bool:
+    """Make the rows again that triggers have forgotten, some at most; return whether others are left.
+
+    ``damaged``: lots that get none, because readers pass over some of what it would follow from.
+    """
+    changed = connection.execute(_CHANGED, {"among": json.dumps([*damaged])}).scalars().all()
     if not changed:
         return False
     try:

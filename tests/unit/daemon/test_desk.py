@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,10 +12,12 @@ from sqlalchemy import event
 from hawk.cli import main
 from hawk.comm.protocol.commands import Ack, Arm
 from hawk.comm.protocol.heartbeat import ClientId
-from hawk.config.sections import ConfigError, InboxSettings
+from hawk.config.sections import Config, ConfigError, InboxSettings
+from hawk.daemon import desk
 from hawk.daemon.desk import Under, ground_under, inbox_folder, refuse
+from hawk.daemon.lots.schedule import Timetable
 from hawk.lots.ingest import make_lot
-from hawk.lots.store import FILE
+from hawk.lots.store import FILE, LotStore
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import NotFoundError
 from hawk.store.inbox import InboxQuota
@@ -139,3 +142,17 @@ def test_a_store_that_a_daemon_serves_is_left_to_it(archive: Archive, capsys: py
     with held_store(folder, {"version": "1", "port": "8080"}):
         assert main(["desk", "--port", "0", "--store", str(folder)]) == 2
     assert "It serves these lots already: open its page" in capsys.readouterr().err
+
+
+async def test_a_desk_says_which_lots_of_its_schedule_are_not_known(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    said: asyncio.Queue[tuple[str, ...]] = asyncio.Queue()
+    monkeypatch.setattr(desk, "_log_message", lambda *words: said.put_nowait(words))
+    config = Config.model_validate({"schedule": [{"lot": "North", "at": "10:30"}]})
+    store = LotStore(tmp_path / FILE)
+    async with asyncio.timeout(30), desk._sending(config, store, Timetable(config.schedule)):
+        level, text, details = await said.get()
+    await store.close()
+    assert (level, text) == ("warning", "The schedule names a lot that is not known: North.")
+    assert details.startswith("schedule: no lot has the name or id North")

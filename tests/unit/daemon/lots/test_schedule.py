@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from hawk.config.loader import load_config
 from hawk.config.sections import DAYS, ConfigError, ScheduledSurvey
 from hawk.daemon.lots.schedule import EARLY, LATE, Schedule, Timetable, is_flown, moment_due, moments_due
+from hawk.lots import commands
 from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.ingest import save
 from hawk.lots.known_lot import newest_survey
@@ -89,6 +90,22 @@ async def test_a_lot_that_is_not_known_is_named_with_the_remedy(store: LotStore)
         said = await page.at(NOW - timedelta(hours=hours))
     assert said == ["The schedule names a lot that is not known: Nowhere."]
     assert page.said[0][2] == "schedule: no lot has the name or id Nowhere: write one of Lot 1."
+
+
+async def test_a_name_that_is_gone_is_said_once_and_again_when_it_is_gone_again(store: LotStore) -> None:
+    page = Page(store, entry())
+    lot = (await store.read(lambda connection: newest_survey(connection, "Lot 1")) or ("",))[0]
+    names = ("Lot 1", "Nord", "Lot 1", "Nord")
+    counts = []
+    for name in names:
+        await store.write(partial(commands.rename, lot_id=lot, name=name, who="Ada", now=ENDED))
+        counts += [len(await page.at(NOW)) for _ in range(2)]
+    assert counts == [0, 0, 1, 1, 1, 1, 2, 2]
+    assert page.said[0] == (
+        "warning",
+        "The schedule names a lot that is not known: Lot 1.",
+        "schedule: no lot has the name or id Lot 1: write one of Nord.",
+    )
 
 
 async def test_a_schedule_without_any_lot_says_that_the_first_one_is_surveyed_first(tmp_path: Path) -> None:
@@ -235,10 +252,23 @@ def test_what_another_drone_has_flown_is_due_no_more_by_the_settings_of_this_one
 async def test_a_survey_that_is_due_at_the_desk_is_said_once(store: LotStore) -> None:
     lot = (await store.read(lambda connection: newest_survey(connection, "Lot 1")) or ("",))[0]
     page, tomorrow = Page(store), NOW + timedelta(days=1)
+    await store.write(partial(commands.choose_time_zone, lot_id=lot, name="Asia/Tokyo", who="Ada", now=ENDED))
     page.timetable.take([at_desk(lot, NOW, tomorrow), at_desk(LOT, tomorrow)])
     assert await page.at(NOW) == []  # flown
     for later in (timedelta(0), timedelta(minutes=5)):
         said = await page.at(tomorrow + later)
-    assert said == [f"A survey of Lot 1 is due since {tomorrow.astimezone():%H:%M}."]
+    assert said == [f"A survey of Lot 1 is due since {tomorrow.astimezone(ZoneInfo('Asia/Tokyo')):%H:%M}."]
     page.timetable.take([at_desk(lot, tomorrow + timedelta(days=1), last=tomorrow + timedelta(days=1))])
     assert len(await page.at(tomorrow + timedelta(days=1))) == 1  # another drone has flown it
+
+
+async def test_a_survey_that_is_due_by_settings_and_desk_at_one_moment_is_said_once(store: LotStore) -> None:
+    lot = (await store.read(lambda connection: newest_survey(connection, "Lot 1")) or ("",))[0]
+    tomorrow = NOW.replace(second=0, microsecond=0) + timedelta(days=1)
+    clock = ZoneInfo("Europe/Amsterdam")
+    at = f"{tomorrow.astimezone(clock):%H:%M}"
+    page = Page(store, entry(at=at, time_zone=clock.key), entry(lot=lot, at=f"{tomorrow:%H:%M}"))
+    page.timetable.take([at_desk(lot, tomorrow)])
+    for later in (timedelta(0), timedelta(minutes=5)):
+        said = await page.at(tomorrow + later)
+    assert said == [f"A survey of Lot 1 is due since {at}."]

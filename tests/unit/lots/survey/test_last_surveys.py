@@ -22,7 +22,7 @@ from hawk.lots.documents import parts
 from hawk.lots.ingest import save
 from hawk.lots.plan.queries import in_plan
 from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
-from hawk.lots.storage.backup import backup, restore
+from hawk.lots.storage.backup import backup, restore, verify
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import Part, digest_of
 from hawk.lots.storage.erasure import erase_rows, found_lot, found_survey
@@ -354,23 +354,86 @@ def spoiled(store: Database, change: str) -> Database:
     return Database(store.path, FAST)
 
 
-@pytest.mark.parametrize(
-    ("change", "damage", "made"),
-    [
-        ("UPDATE last_survey SET free = free + 1", "counts kept of the lot", (2, 2)),
-        ("UPDATE survey SET ended = ended + 1 WHERE seq = 2", "survey", (1, 1)),
-    ],
-)
-def test_neither_damaged_counts_nor_those_of_a_damaged_survey_are_shown(
-    store: Database, change: str, damage: str, made: tuple[int, int]
-) -> None:
+@pytest.fixture
+def two(store: Database) -> Database:
+    """A store with two surveys of its first lot, and one survey of another lot."""
     with store.writing() as connection:
         for number in (1, 2):
             save(connection, later(survey(seed=number), number, 24.0 * number), by_place)
-    (lot,) = lots_of(store)
-    with closing(spoiled(store, change)) as opened:
+        away = save(connection, later(survey(seed=3), 3, 72.0), by_place).survey
+        commands.move(connection, away, {"lot": None, "name": "East"}, WHO, BEGAN, by_place)
+    return store
+
+
+def by_name(store: Database) -> dict[str, str]:
+    """Return the ids of the lots of `two` by their names."""
+    with store.reading() as connection:
+        found = {str(row.name): str(row.id) for row in connection.execute(select(LOT.c.name, LOT.c.id))}
+    return {name: found[name] for name in ("Lot 1", "East")}
+
+
+def kept_in(store: Database) -> set[str]:
+    with store.reading() as connection:
+        return {str(row.lot) for row in connection.execute(last_surveys._KEPT, among(lots_of(store)))}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE last_survey SET free = free + 1",
+        "UPDATE last_survey SET taken_at = 'abc'",
+        "DELETE FROM last_survey",
+        "UPDATE last_survey SET lot = substr(lot, 2)",
+        "DELETE FROM digest WHERE part = 'last'",
+        "UPDATE digest SET digest = X'' WHERE part = 'last'",
+    ],
+)
+def test_a_damaged_newest_survey_is_made_again_without_a_word(two: Database, change: str, tmp_path: Path) -> None:
+    first, east = by_name(two).values()
+    with closing(spoiled(two, change)) as opened:
+        assert (opened.damage, opened.notice, opened.damaged) == ("", "", ())
+        assert kept_in(opened) == set()  # passed over
+        assert [shown(opened, lot) for lot in (first, east)] == [(2, 2), (3, 1)]
+        assert backup(opened.path, tmp_path / "copy.db") == ""
+        assert verify(tmp_path / "copy.db").endswith("whole, lots 2, surveys 3")
+        with opened.writing():
+            pass
+        check_kept(opened, is_whole=True)
+        restore(opened.path, tmp_path / "copy.db")  # into the file that is open
+        with opened.writing():
+            pass
+        check_kept(opened, is_whole=True)
+    with closing(Database(two.path, FAST)) as again:
+        assert again.stale == frozenset()
+        check_kept(again, is_whole=True)
+
+
+@pytest.mark.parametrize(
+    ("change", "damage", "newest_one", "kept"),
+    [
+        ("UPDATE survey SET ended = ended + 1 WHERE seq = 2", "survey", (1, 1), {"East"}),
+        ("DELETE FROM survey WHERE seq = 2", "survey", (1, 1), {"East"}),
+        ("UPDATE survey SET lot = {east} WHERE seq = 2", "survey", (1, 1), set()),
+        ("UPDATE outbox SET body = 'x' WHERE seq = 1", "message", (2, 2), {"East", "Lot 1"}),
+        ("UPDATE stall SET label = 'Z' WHERE lot = {east}", "lot", (2, 2), {"Lot 1"}),
+    ],
+)
+def test_what_is_damaged_stops_the_newest_surveys_of_its_lot_alone(
+    two: Database, change: str, damage: str, newest_one: tuple[int, int], kept: set[str]
+) -> None:
+    lot, east = by_name(two).values()
+    names = {lot: "Lot 1", east: "East"}
+    with closing(spoiled(two, change.format(east=f"'{east}'"))) as opened:
         assert f"passed over: {damage}" in opened.damage
-        assert shown(opened, lot) == made
+        assert {names[each] for each in kept_in(opened)} == kept
+        assert shown(opened, lot) == newest_one
         with opened.writing() as connection:
             commands.rename(connection, lot, "Yard", WHO, BEGAN)
-        assert shown(opened, lot) == made
+        assert shown(opened, lot) == newest_one
+        with opened.writing() as connection:
+            connection.exec_driver_sql("UPDATE survey SET free = free WHERE lot IN (SELECT id FROM lot)")
+        names_kept = {names[each] for each in kept_in(opened)}
+        assert names_kept >= kept
+        assert shown(opened, lot) == newest_one
+        with opened.reading() as connection:
+            assert not last_surveys.has_more(connection)
