@@ -23,7 +23,7 @@ from hawk.model.lot_map import TILE_CELLS, EncodedTile, OccupancyMap
 from hawk.model.tile_picture import encode_picture
 from tests.unit.comm.waiting import until
 from tests.unit.lots.survey.test_landing import STALL, landed, lot_map
-from tests.unit.lots.survey.test_last_surveys import columns, make_version_8
+from tests.unit.lots.survey.test_last_surveys import columns, make_version_8, spoiled
 
 
 def a_survey() -> LandingFacts:
@@ -64,6 +64,22 @@ async def test_a_store_that_was_opened_keeps_the_newest_surveys_that_an_upgrade_
     while left:  # the store itself goes on: nothing is written beside
         was, left = left, int(await store.read(lambda c: c.execute(missing).scalar_one()))
         assert left <= was
+    await store.close()
+
+
+async def test_a_store_that_was_opened_makes_a_damaged_newest_survey_again(tmp_path: Path) -> None:
+    first = LotStore(tmp_path / "lots.db")
+    await first.save(a_survey())
+    kept = select(LAST_SURVEY.c.free)
+    free = await first.read(lambda c: c.execute(kept).scalar_one())
+    await first.close()
+    spoiled(first.path, "UPDATE last_survey SET free = free + 1").close()
+    store = LotStore(first.path)
+    assert await store.open() == ""
+    found = None
+    while found is None:  # passed over until then
+        found = await store.read(lambda c: c.execute(kept).scalar())
+    assert found == free
     await store.close()
 
 

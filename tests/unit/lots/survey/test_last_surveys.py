@@ -341,17 +341,21 @@ def test_the_rows_of_an_upgrade_are_made_some_at_a_time_and_the_next_program_goe
         check_kept(store, is_whole=True)
 
 
-def spoiled(store: Database, change: str) -> Database:
-    """Change a store as a disk does, which knows no trigger, and open it again."""
+def closed(store: Database) -> Path:
     store.close()
-    with closing(sqlite3.connect(store.path)) as opened, opened:
+    return store.path
+
+
+def spoiled(path: Path, change: str) -> Database:
+    """Change a store as a disk does, which knows no trigger, and open it."""
+    with closing(sqlite3.connect(path)) as opened, opened:
         triggers = opened.execute("SELECT name, sql FROM sqlite_master WHERE type = 'trigger'").fetchall()
         for name, _ in triggers:
             opened.execute(f"DROP TRIGGER {name}")
         opened.execute(change)
         for _, sql in triggers:
             opened.execute(sql)
-    return Database(store.path, FAST)
+    return Database(path, FAST)
 
 
 @pytest.fixture
@@ -390,7 +394,7 @@ def kept_in(store: Database) -> set[str]:
 )
 def test_a_damaged_newest_survey_is_made_again_without_a_word(two: Database, change: str, tmp_path: Path) -> None:
     first, east = by_name(two).values()
-    with closing(spoiled(two, change)) as opened:
+    with closing(spoiled(closed(two), change)) as opened:
         assert (opened.damage, opened.notice, opened.damaged) == ("", "", ())
         assert kept_in(opened) == set()  # passed over
         assert [shown(opened, lot) for lot in (first, east)] == [(2, 2), (3, 1)]
@@ -408,12 +412,24 @@ def test_a_damaged_newest_survey_is_made_again_without_a_word(two: Database, cha
         check_kept(again, is_whole=True)
 
 
+def test_a_row_that_a_search_beside_finds_is_made_again_by_the_next_transaction(two: Database) -> None:
+    spoiled(closed(two), "UPDATE last_survey SET free = free + 1").close()
+    with closing(Database(two.path, FAST, patience_s=0.0)) as opened:
+        assert opened.is_searched.wait(30)
+        assert (len(opened.stale), opened.has_more_newest, opened.notice) == (2, True, "")
+        check_kept(opened)
+        with opened.writing():
+            pass
+        check_kept(opened, is_whole=True)
+
+
 @pytest.mark.parametrize(
     ("change", "damage", "newest_one", "kept"),
     [
         ("UPDATE survey SET ended = ended + 1 WHERE seq = 2", "survey", (1, 1), {"East"}),
         ("DELETE FROM survey WHERE seq = 2", "survey", (1, 1), {"East"}),
         ("UPDATE survey SET lot = {east} WHERE seq = 2", "survey", (1, 1), set()),
+        ("UPDATE survey SET lot = CAST(X'FFFE' AS TEXT) WHERE seq = 2", "survey", (1, 1), {"East"}),
         ("UPDATE outbox SET body = 'x' WHERE seq = 1", "message", (2, 2), {"East", "Lot 1"}),
         ("UPDATE stall SET label = 'Z' WHERE lot = {east}", "lot", (2, 2), {"Lot 1"}),
     ],
@@ -423,7 +439,7 @@ def test_what_is_damaged_stops_the_newest_surveys_of_its_lot_alone(
 ) -> None:
     lot, east = by_name(two).values()
     names = {lot: "Lot 1", east: "East"}
-    with closing(spoiled(two, change.format(east=f"'{east}'"))) as opened:
+    with closing(spoiled(closed(two), change.format(east=f"'{east}'"))) as opened:
         assert f"passed over: {damage}" in opened.damage
         assert {names[each] for each in kept_in(opened)} == kept
         assert shown(opened, lot) == newest_one
