@@ -106,8 +106,10 @@ def extent(connection: Connection, lots: Collection[str] | None = None) -> Exten
     texts = [*connection.execute(there).scalars()]
     texts += connection.execute(select(SURVEY.c.outline).where(is_alone)).scalars()
     boxes = np.array([box for text in texts if (box := _box_of(rings_of(text))) is not None]).reshape(-1, 4)
-    span = select(func.min(SURVEY.c.began), func.max(SURVEY.c.ended)).where(_IS_THERE, has_been(), is_ours)
-    begin, end = connection.execute(span).one()
+    begin, end = (
+        connection.execute(select(at).where(_IS_THERE, has_been(), is_ours).order_by(order).limit(1)).scalar()
+        for at, order in ((SURVEY.c.began, SURVEY.c.began), (SURVEY.c.ended, SURVEY.c.ended.desc()))
+    )  # each by its index: a million rows are not read
     if not len(boxes):
         return Extent(None, begin, end)
     west, south = boxes[:, :2].min(axis=0).tolist()

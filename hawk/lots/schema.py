@@ -27,7 +27,7 @@ APPLICATION_ID: Final = 0x4841574B
 """SQLite's application_id of this store: "HAWK"."""
 VERSION: Final = 9
 """Newest version, as in SQLite's user_version and in the names of `hawk.lots.storage.revisions`."""
-SCHEMA: Final = "feaaf17f326c559fd73f28f171a5d673"
+SCHEMA: Final = "7b25661a0c3be25f87290258b313fef7"
 """`hawk.lots.storage.schema_check.digest_of_schema` of a fresh store."""
 
 METADATA: Final = MetaData()
@@ -91,6 +91,8 @@ SURVEY: Final = Table(
     Column("vehicles", LargeBinary),
     Column("landing", Integer),
     Index("ix_survey_order", "lot", "kind", "time_is_sure", "ended"),
+    Index("ix_survey_began", "began"),
+    Index("ix_survey_ended", "ended"),
     sqlite_autoincrement=True,
 )
 """Order: `hawk.lots.survey.order`. ``stalls``, ``vehicles``: `hawk.lots.tables`; ``vehicles`` is NULL where the network

@@ -1,5 +1,5 @@
-"""Version 9: a store keeps the newest survey of each lot, with its counts, and what is due at the desk that it is sent
-to, and who made a link.
+"""Version 9: a store keeps the newest survey of each lot, with its counts, what is due at the desk that it is sent to,
+and who made a link; surveys have indices of their times.
 """
 
 from __future__ import annotations
@@ -74,6 +74,8 @@ def upgrade() -> None:
     )
     op.execute("INSERT INTO last_survey (lot) SELECT id FROM lot")
     op.execute("ALTER TABLE desk ADD COLUMN due TEXT")
+    for column in ("began", "ended"):
+        op.execute(f"CREATE INDEX ix_survey_{column} ON survey ({column})")
     _add_makers()
     op.execute("PRAGMA user_version = 9")
 

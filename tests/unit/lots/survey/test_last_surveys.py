@@ -215,6 +215,8 @@ def make_version_8(path: Path) -> None:
         for (name,) in opened.execute(made).fetchall():
             opened.execute(f"DROP TRIGGER {name}")
         opened.execute("DROP TABLE last_survey")
+        for column in ("began", "ended"):
+            opened.execute(f"DROP INDEX ix_survey_{column}")
         opened.execute("ALTER TABLE desk DROP COLUMN due")
         opened.execute("ALTER TABLE share DROP COLUMN who")
         for (lot,) in opened.execute("SELECT DISTINCT lot FROM share").fetchall():
