@@ -185,8 +185,7 @@ def reader(
                 lot = await lot_of(store, request)
                 asked = replace(given, path={**given.path, "id": lot}, lots=frozenset({lot}))
             if prepare is not None:
-                found = await store.read(look)
-                if found is not None:
+                if (found := await store.read(look)) is not None:
                     return _response(request, found)
                 await prepare(store, asked)
             return _response(request, await store.read(lambda connection: work(connection, asked)))
