@@ -14,7 +14,6 @@ from hawk.comm.protocol.authority import Role, cleaned
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import Config, ConfigError
-from hawk.lots import store
 from hawk.lots.values import LotStoreError
 from hawk.runtime.late import late
 from hawk.web.access.tls import (
@@ -40,10 +39,11 @@ from hawk.web.access.tokens import (
 if TYPE_CHECKING:  # SQLAlchemy is loaded for the command that reads lots
     from sqlalchemy import Connection
 
-    from hawk.lots import names
+    from hawk.lots import names, store
     from hawk.lots.storage import database
 else:
-    names, database = late("hawk.lots.names"), late("hawk.lots.storage.database")
+    names, store = late("hawk.lots.names"), late("hawk.lots.store")
+    database = late("hawk.lots.storage.database")
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
 DRONE: Final = "drone"
