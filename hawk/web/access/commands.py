@@ -14,7 +14,6 @@ from hawk.comm.protocol.authority import Role, cleaned
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import Config, ConfigError
-from hawk.lots.values import LotStoreError
 from hawk.runtime.late import late
 from hawk.web.access.tls import (
     LONGEST_DAYS,
@@ -40,9 +39,10 @@ if TYPE_CHECKING:  # SQLAlchemy is loaded for the command that reads lots
     from sqlalchemy import Connection
 
     from hawk.lots import names, store
+    from hawk.lots import values as lot_values
     from hawk.lots.storage import database
 else:
-    names, store = late("hawk.lots.names"), late("hawk.lots.store")
+    names, store, lot_values = (late(f"hawk.lots.{name}") for name in ("names", "store", "values"))
     database = late("hawk.lots.storage.database")
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
@@ -165,7 +165,7 @@ def _lots_named(config: Config, given: Sequence[str]) -> dict[str, str]:
     try:
         with _reading(config) as connection:
             return names.names_of(connection, [names.lot_named(connection, each) for each in given])
-    except LotStoreError as error:
+    except lot_values.LotStoreError as error:
         raise ConfigError(str(error).replace("LOT: ", "--lot: ")) from error
 
 
@@ -206,7 +206,7 @@ def _names_shown(config: Config, lots: Sequence[str]) -> Mapping[str, str]:
     try:
         with _reading(config) as connection:
             return names.names_of(connection, lots)
-    except LotStoreError as error:
+    except lot_values.LotStoreError as error:
         if lots:
             _say(str(error))
         return {lot: lot for lot in lots}

@@ -74,6 +74,7 @@ async def eventually(asked: Callable[[], object]) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.fault(
     "desk and sender are killed while a recording is sent",
     "it goes on from where it was, and is the same byte for byte",
