@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime, time, timedelta, tzinfo
 from typing import TYPE_CHECKING, Final
@@ -28,7 +28,6 @@ else:
     time_zone, database = late("hawk.lots.time_zone"), late("hawk.lots.storage.database")
 
 _LOG = logging.getLogger(__name__)
-_CANNOT_READ: Final = "the schedule cannot read the lots: %s"
 LOOK_S: Final = 30.0
 """Real seconds between two looks at the clock."""
 EARLY: Final = timedelta(minutes=30)
@@ -135,11 +134,10 @@ class Timetable:
 
     def moments(self, lot: str, name: str, last: float | None, now: float, days: int) -> list[datetime]:
         """Return when surveys of a lot are due, as `moments_due` does; one that the desk has is flown."""
-        there = self._at_desk.get(lot)
-        if there is None:
-            return moments_due(self.entries, lot, name, last, now, days)
-        last = _later(last, there.last)
+        last, there = self.last(lot, last), self._at_desk.get(lot)
         own = moments_due(self.entries, lot, name, last, now, days)
+        if there is None:
+            return own
         until = now + days * 86_400.0
         moments = (moment for moment in map(_here, there.moments) if now < (moment + LATE).timestamp())
         given = (moment for moment in moments if moment.timestamp() <= until and not is_flown(last, moment))
@@ -161,16 +159,24 @@ class Timetable:
     def last(self, lot: str, here: float | None) -> float | None:
         """Return the end of the newest survey of a lot by its id, here or at the desk."""
         there = self._at_desk.get(lot)
-        return here if there is None else _later(here, there.last)
-
-
-def _later(one: float | None, other: float | None) -> float | None:
-    return max((each for each in (one, other) if each is not None), default=None)
+        ends = here, None if there is None else there.last
+        return max((each for each in ends if each is not None), default=None)
 
 
 def _here(seconds: float) -> datetime:
     """Return a moment by this computer's clock."""
     return datetime.fromtimestamp(seconds).astimezone()
+
+
+async def _keep_looking(look: Callable[[], Awaitable[None]], may_look: Callable[[], bool] = lambda: True) -> None:
+    """Look again and again until cancelled, while that may be; a store that cannot be read is logged."""
+    while True:
+        if may_look():
+            try:
+                await look()
+            except LotStoreError as error:
+                _LOG.warning("the schedule cannot read the lots: %s", error)
+        await asyncio.sleep(LOOK_S)
 
 
 class ScheduledNames:
@@ -190,12 +196,8 @@ class ScheduledNames:
 
     async def run(self) -> None:
         """Look again and again until cancelled."""
-        while self._given:
-            try:
-                await self.look()
-            except LotStoreError as error:
-                _LOG.warning(_CANNOT_READ, error)
-            await asyncio.sleep(LOOK_S)
+        if self._given:
+            await _keep_looking(self.look)
 
     async def look(self) -> None:
         """Say which are not known since the last look, before their surveys are due, too. Raises LotStoreError."""
@@ -249,13 +251,7 @@ class Schedule:
         """Look at the clock until cancelled; where nothing can be due wait for that."""
         if self._timetable.is_empty:
             await asyncio.Event().wait()
-        while True:
-            if not self._is_armed():
-                try:
-                    await self.look()
-                except LotStoreError as error:
-                    _LOG.warning(_CANNOT_READ, error)
-            await asyncio.sleep(LOOK_S)
+        await _keep_looking(self.look, lambda: not self._is_armed())
 
     async def look(self) -> None:
         """Say what has become due since the last look, and which lots are not known now. Raises LotStoreError."""
