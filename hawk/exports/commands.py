@@ -4,31 +4,26 @@ from __future__ import annotations
 
 import argparse
 import time
-from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from hawk.config import options as values
 from hawk.config.sections import ConfigError
 from hawk.exports.formats import FEEDS, VALID_S, WRITTEN, Wanted
-from hawk.lots.storage.commands import run_on_store
+from hawk.lots.storage.commands import reading_there, run_on_store
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
     from hawk.exports import feeds, files, records
     from hawk.lots import names, training_set
-    from hawk.lots import store as lots
-    from hawk.lots.storage import database
     from hawk.lots.survey import pictures
 else:
     feeds = late("hawk.exports.feeds")
     files = late("hawk.exports.files")
     records = late("hawk.exports.records")
-    database = late("hawk.lots.storage.database")
     names = late("hawk.lots.names")
     pictures = late("hawk.lots.survey.pictures")
     training_set = late("hawk.lots.training_set")
-    lots = late("hawk.lots.store")
 
 COMMAND: Final = "export"
 _ALL: Final = "all"
@@ -77,12 +72,7 @@ def _run(options: argparse.Namespace) -> int:
     if options.feed is None and given is not None:
         raise ConfigError(f"{given}: only together with --feed")
     work = _feed if options.feed is not None else _export if options.training is None else _teach
-
-    def made(store: Path) -> str:
-        lots.check_there(store)
-        return work(store, options)
-
-    return run_on_store(options, made)
+    return run_on_store(options, lambda store: work(store, options))
 
 
 def _of_feeds(options: argparse.Namespace) -> dict[str, Any]:
@@ -91,16 +81,14 @@ def _of_feeds(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _feed(store: Path, options: argparse.Namespace) -> str:
-    with closing(database.Database(store)) as opened, opened.reading() as connection:
-        lots.show_damage(opened.damage)
+    with reading_there(store) as connection:
         lot = names.lot_named(connection, options.lot)
         wanted = Wanted(lot, options.survey, *_of_feeds(options).values())
         return feeds.feed_text(connection, options.feed, wanted, time.time()).rstrip("\n")
 
 
 def _export(store: Path, options: argparse.Namespace) -> str:
-    with closing(database.Database(store)) as opened, opened.reading() as connection:
-        lots.show_damage(opened.damage)
+    with reading_there(store) as connection:
         lot = names.lot_named(connection, options.lot)
         if options.survey == _ALL:
             surveys = records.surveys_of(connection, lot)
@@ -114,8 +102,7 @@ def _export(store: Path, options: argparse.Namespace) -> str:
 
 
 def _teach(store: Path, options: argparse.Namespace) -> str:
-    with closing(database.Database(store)) as opened, opened.reading() as connection:
-        lots.show_damage(opened.damage)
+    with reading_there(store) as connection:
         lesson = training_set.read_lesson(connection, names.lot_named(connection, options.lot))
     with files.written_to(options.training, "--training"):
         taught = training_set.write_lesson(lesson, pictures.pictures_of(store), options.training)

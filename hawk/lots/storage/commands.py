@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,11 +14,14 @@ from hawk.config.loader import config_of
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # they load numpy and SQLAlchemy: not for the other commands
+    from sqlalchemy import Connection
+
     from hawk.lots import store as lots
     from hawk.lots import values as errors
-    from hawk.lots.storage import backup
+    from hawk.lots.storage import backup, database
 else:
     backup = late("hawk.lots.storage.backup")
+    database = late("hawk.lots.storage.database")
     lots = late("hawk.lots.store")
     errors = late("hawk.lots.values")
 
@@ -68,6 +72,15 @@ def run_on_store(options: argparse.Namespace, work: Callable[[Path], str]) -> in
     if words:
         print(words)
     return 0
+
+
+@contextlib.contextmanager
+def reading_there(store: Path) -> Iterator[Connection]:
+    """Give a view of a store that is there; its damage is said. Raises LotStoreError."""
+    lots.check_there(store)
+    with contextlib.closing(database.Database(store)) as opened, opened.reading() as connection:
+        lots.show_damage(opened.damage)
+        yield connection
 
 
 def _reason(error: Exception, options: argparse.Namespace) -> str:

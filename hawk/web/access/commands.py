@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
@@ -14,6 +13,7 @@ from hawk.comm.protocol.authority import Role, cleaned
 from hawk.config import options as values
 from hawk.config.loader import config_of
 from hawk.config.sections import Config, ConfigError
+from hawk.lots.storage.commands import reading_there
 from hawk.runtime.late import late
 from hawk.web.access.tls import (
     LONGEST_DAYS,
@@ -36,14 +36,10 @@ from hawk.web.access.tokens import (
 )
 
 if TYPE_CHECKING:  # SQLAlchemy is loaded for the command that reads lots
-    from sqlalchemy import Connection
-
     from hawk.lots import names, store
     from hawk.lots import values as lot_values
-    from hawk.lots.storage import database
 else:
     names, store, lot_values = (late(f"hawk.lots.{name}") for name in ("names", "store", "values"))
-    database = late("hawk.lots.storage.database")
 
 COMMANDS: Final = frozenset({"tokens", "make-certificate"})
 DRONE: Final = "drone"
@@ -163,20 +159,14 @@ def _rotate_person(options: argparse.Namespace, config: Config) -> int:
 def _lots_named(config: Config, given: Sequence[str]) -> dict[str, str]:
     """Return ids and names of lots that a person wrote by name or id. Raises ConfigError."""
     try:
-        with _reading(config) as connection:
+        with reading_there(_store_of(config)) as connection:
             return names.names_of(connection, [names.lot_named(connection, each) for each in given])
     except lot_values.LotStoreError as error:
         raise ConfigError(str(error).replace("LOT: ", "--lot: ")) from error
 
 
-@contextlib.contextmanager
-def _reading(config: Config) -> Iterator[Connection]:
-    """Give a connection to the store of lots. Raises LotStoreError."""
-    file = store.lots_file(config.store.directory, config.store.lots)
-    store.check_there(file)
-    with contextlib.closing(database.Database(file)) as opened, opened.reading() as connection:
-        store.show_damage(opened.damage)
-        yield connection
+def _store_of(config: Config) -> Path:
+    return store.lots_file(config.store.directory, config.store.lots)
 
 
 def _list(options: argparse.Namespace, config: Config) -> int:
@@ -204,7 +194,7 @@ def _lots_of(called: Mapping[str, str], person: Person) -> str:
 def _names_shown(config: Config, lots: Sequence[str]) -> Mapping[str, str]:
     """Return the names of lots by their ids; of a store that cannot be read the ids stand for them."""
     try:
-        with _reading(config) as connection:
+        with reading_there(_store_of(config)) as connection:
             return names.names_of(connection, lots)
     except lot_values.LotStoreError as error:
         if lots:
