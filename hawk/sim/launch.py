@@ -9,6 +9,7 @@ import importlib.util
 import json
 import math
 import os
+import secrets
 import signal
 import socket
 import sys
@@ -73,6 +74,8 @@ READY_TIMEOUT_S = 120.0
 STOP_TIMEOUT_S = 5.0
 _USAGE = 2
 """Exit status of wrong options."""
+_PORTS: Final = range(20_000, 30_000)
+"""Below the ephemeral ports of Linux (32,768), macOS and Windows (49,152, RFC 6335, 6)."""
 SPEED_HELP = f"simulated seconds per second, {SLOWEST:g}-{FASTEST:g}"
 """Of ``--speed``, for hawk-drone and hawk-sim."""
 SIMULATOR_MISSING = f"the simulator needs pymavlink, which is not installed: {remedy('sim')}"
@@ -224,7 +227,12 @@ def simulator_installed() -> bool:
 
 
 def free_udp_port() -> int:
-    """Return a free UDP port of the loopback."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])
+    """Return a UDP port of the loopback that was free when it was tried.
+
+    The system gives none of `_PORTS` to whoever asks for any port, so that nobody takes it before it is opened.
+    """
+    while True:
+        port = secrets.choice(_PORTS)
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe, contextlib.suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
