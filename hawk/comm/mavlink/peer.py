@@ -107,10 +107,11 @@ class PeerKeeper:
             return False  # an autopilot's first second, or noise
         beats = [beat.system for beat in found if beat.is_of_a_copter]
         is_expected = self._expected.allows(sender) and (self.system_id in beats if self.system_id else bool(beats))
-        first = self._note(sender, datagram, now)
+        is_awaited = is_expected and self.kept is None
+        first = self._first_heard(sender, now) if is_awaited else self._note(sender, datagram, now)
         if not is_expected:
             return False
-        if self.kept is None and self.system_id is None and not self._is_alone(sender, beats, now):
+        if is_awaited and self.system_id is None and not self._is_alone(sender, beats, now):
             return False
         if self.kept is not None:
             wait = SILENT_S if plain_host(sender[0]) == plain_host(self.kept[0]) else OTHER_HOST_S
@@ -139,15 +140,17 @@ class PeerKeeper:
 
     def _note(self, sender: Address, datagram: bytes, now: float) -> float:
         """Remember a stranger and show it, unless another one is shown; return when it was heard first."""
-        key = self._key(sender)
-        _make_room(self._strangers, key)
-        first = self._strangers.setdefault(key, now)
-        shown = self._shown
+        key, shown = self._key(sender), self._shown
         if shown is None or now - shown.last > SHOWN_S:
             self._shown = _Shown(key, self._words(sender, datagram), now)
         elif shown.key == key:
             self._shown = _Shown(key, shown.words, now)
-        return first
+        return self._first_heard(sender, now)
+
+    def _first_heard(self, sender: Address, now: float) -> float:
+        key = self._key(sender)
+        _make_room(self._strangers, key)
+        return self._strangers.setdefault(key, now)
 
     def _key(self, sender: Address) -> Address | str:
         """Return a name by which a sender is known again: another host's ports are one sender, it can change them."""

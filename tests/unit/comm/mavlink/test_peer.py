@@ -52,6 +52,16 @@ def test_a_second_sender_is_refused_and_shown_while_it_is_heard(keeper: PeerKeep
     assert (keeper.kept, keeper.refused) == (AUTOPILOT, 3)
 
 
+def test_a_copter_that_is_waited_with_is_no_second_sender() -> None:
+    keeper = PeerKeeper(Expected(wait_s=2.0))
+    assert not keeper.admit(AUTOPILOT, beat(), 0.0), "another copter may be heard yet"
+    assert keeper.second_sender(0.0) == ""
+    assert not keeper.admit(AUTOPILOT, attitude(), 0.5)
+    assert not keeper.admit(AUTOPILOT, beat(), 1.0)
+    assert keeper.second_sender(1.0) == ""
+    assert keeper.admit(AUTOPILOT, beat(), 2.0)
+
+
 def test_a_router_that_starts_again_is_heard_on_its_new_port_once_the_old_one_is_silent(keeper: PeerKeeper) -> None:
     assert not keeper.admit(AGAIN, beat(), 1.0)
     assert not keeper.admit(AGAIN, beat(2), SILENT_S + 0.1), "another system id"
