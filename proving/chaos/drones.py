@@ -114,10 +114,10 @@ def _moved(outline: Outline, north: float) -> Outline:
     return Outline(tuple(tuple((a + north, b) for a, b in ring) for ring in outline.polygons))
 
 
-def other_recordings(drones: Sequence[ChaosDrone], desk: Path) -> int:
-    """Return the number of drones whose recording a desk, by its folder, has not byte for byte."""
+def other_recordings(drones: Sequence[ChaosDrone], desk: Path) -> list[ChaosDrone]:
+    """Return the drones whose recording a desk, by its folder, has not byte for byte."""
     here = Counter(path.read_bytes() for path in Recordings(StoreSettings(directory=desk)).folder.glob("*.mcap"))
-    return sum(here[drone.recording.read_bytes()] != 1 for drone in drones)
+    return [drone for drone in drones if here[drone.recording.read_bytes()] != 1]
 
 
 def reference(drones: Sequence[ChaosDrone], path: Path) -> Database:
