@@ -229,7 +229,8 @@ def simulator_installed() -> bool:
 def free_udp_port() -> int:
     """Return a UDP port of the loopback that was free when it was tried.
 
-    The system gives none of `_PORTS` to whoever asks for any port, so that nobody takes it before it is opened.
+    It is one of `_PORTS`: the system gives none of them to a program that asks for any port, and so nobody takes it
+    before it is opened.
     """
     while True:
         port = secrets.choice(_PORTS)

@@ -17,6 +17,7 @@ from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, hover, is_within, new_page, press, shows, slide, state_is
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, health, kill_daemon, operator, over_a_picture
+from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -34,6 +35,8 @@ U_SHAPE = ((-20, -45), (40, -45), (40, -15), (10, -15), (10, 15), (40, 15), (40,
 """North and east of the drone, metres: two arms with a gap between them. Our limit lies 5 m inside."""
 IN_THE_ARM, AT_ITS_FOOT = (25.0, -30.0), (0.0, -30.0)
 EASE_MS = 500
+HALF = 48
+"""Of the finger's fence, pixels."""
 
 
 @dataclass(frozen=True)
@@ -113,17 +116,17 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
         await button(page, "Edit fence").tap()
         await shows(page, "Tap its corners on the map")
         await the_map_follows_nothing(page)
-        # near the middle: the map opens at either of two zooms, and its tools lie over its rim
-        places = [await pixel(page, place) for place in ((-30, -30), (30, -30), (30, 30), (-30, 30))]
+        # by pixels from the middle: the map opens at one of several zooms, and its tools lie over its rim
+        x, y, per_metre = await scale(page)
+        places = [(x - HALF, y + HALF), (x - HALF, y - HALF), (x + HALF, y - HALF), (x + HALF, y + HALF)]
         for count, place in enumerate(places, start=1):
             await page.touchscreen.tap(*place)
             await shows(page, f"{count} corner{'s' if count > 1 else ''} set")
             await page.wait_for_timeout(EASE_MS)
         await page.touchscreen.tap(*places[0])
-        await expect(title(page)).to_have_text(re.compile(r"Fence (59|6[01]) × (59|6[01]) m, 4 corners"))
-        # far enough at the smaller zoom: a corner snaps to where it was within 16 pixels
-        await drag_by_finger(page, await pixel(page, (30, 30)), await pixel(page, (30, 75)))
-        await expect(title(page)).to_have_text(re.compile(r"Fence 10[4-6] × "))
+        await width_is(page, 2 * HALF / per_metre)
+        await drag_by_finger(page, places[2], (x + 2 * HALF, y - HALF))
+        await width_is(page, 3 * HALF / per_metre)
         await page.screenshot(path=screenshots / "fence-by-finger.png")
         await button(page, "Save fence").tap()
         await shows(page, "The fence is saved. The next Arm uploads it.")
@@ -131,6 +134,19 @@ async def test_a_fence_is_drawn_with_a_finger(browser: Browser, tmp_path: Path, 
         assert not errors
     finally:
         await stack.stop()
+
+
+async def width_is(page: Page, metres: float) -> None:
+    """Wait until the fence is so wide, within what a finger and rounding may change."""
+    await page.wait_for_function(
+        """([metres, within]) => {
+          const title = document.querySelector("hawk-fence-bar .txt b")?.innerText ?? "";
+          const found = /^Fence (\\d+) × \\d+ m, 4 corners/.exec(title);
+          return found !== null && Math.abs(Number(found[1]) - metres) <= within;
+        }""",
+        arg=[metres, 1 + 0.02 * metres],
+        timeout=1000 * PATIENCE_S,
+    )
 
 
 async def the_map_follows_nothing(page: Page) -> None:
@@ -278,11 +294,16 @@ SETTLED_SCALE = """async () => {
 """The middle of the map, the length of the scale bar and what it says, once five drawn frames agree on it."""
 
 
-async def pixel(page: Page, place: tuple[float, float]) -> tuple[float, float]:
-    """Return where a place (metres north and east of the middle of the map) is on the screen, by the scale bar."""
+async def scale(page: Page) -> tuple[float, float, float]:
+    """Return the middle of the map on the screen, and its pixels a metre by the scale bar."""
     x, y, bar, words = await page.evaluate(SETTLED_SCALE)
     metres, unit = words.split()
-    per_metre = bar / (float(metres) / (100 if unit == "cm" else 1))
+    return x, y, bar / (float(metres) / (100 if unit == "cm" else 1))
+
+
+async def pixel(page: Page, place: tuple[float, float]) -> tuple[float, float]:
+    """Return where a place (metres north and east of the middle of the map) is on the screen."""
+    x, y, per_metre = await scale(page)
     north, east = place
     return x + east * per_metre, y - north * per_metre
 
