@@ -569,6 +569,7 @@ outside-the-fence-wait-until-it-is-back-inside = Outside the fence: wait until i
 parachute = parachute
 parafoil = parafoil
 part-drain-assumed-no-flight-has-measured-it = { $part }; drain assumed, no flight has measured it
+part-would-be-away-m-off-the-rest-of-the-lot-most-m-is-the = { $part } would be { $away } m off the rest of the lot: { $most } m is the most. Draw it where the lot is, or in a lot of its own
 percent = { $percent } %
 percent-voltage-not-known = { $percent } %, voltage not known
 picture-age-s-old = picture { $age } s old

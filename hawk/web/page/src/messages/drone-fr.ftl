@@ -587,6 +587,7 @@ outside-the-fence-wait-until-it-is-back-inside = Hors de la géobarrière : atte
 parachute = parachute
 parafoil = parapente
 part-drain-assumed-no-flight-has-measured-it = { $part } ; consommation supposée, aucun vol ne l'a mesurée
+part-would-be-away-m-off-the-rest-of-the-lot-most-m-is-the = { $part } serait à { $away }{ "\u00A0" }m du reste du parking : { $most }{ "\u00A0" }m au plus. Dessinez-le là où est le parking, ou dans un parking à part
 percent = { $percent } %
 percent-voltage-not-known = { $percent } %, tension inconnue
 picture-age-s-old = image d'il y a { $age }{ "\u00A0" }s
