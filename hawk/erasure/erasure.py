@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import glob
 import shutil
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
@@ -99,20 +99,20 @@ def _files_of(settings: StoreSettings, path: Path, found: Found) -> Report:
     with _repeatable(folder.folder):
         asked = RecordingRequests(folder, settings)
         came, requests = asked.origins(), asked.folders_of(found.ids)
-    recordings = [each for each in _recordings(settings) if _is_of(found, each, came.get(each.name))]
+    recordings = [each for each in _recordings(settings) if _is_of(found, each, came.get(each.name, ()))]
     journals = [each for each in _journals(settings) if each.name in found.journals]
     _remove(_with_marks(recordings))
     _remove([*requests, *journals])
     return Report(len(found.surveys), shown, len(recordings), len(journals), _without_copies(path))
 
 
-def _is_of(found: Found, recording: Path, request: RecordingRequest | None) -> bool:
-    """Return whether a recording may hold one of the surveys. ``request``: the one for which it came.
+def _is_of(found: Found, recording: Path, requests: Sequence[RecordingRequest]) -> bool:
+    """Return whether a recording may hold one of the surveys. ``requests``: those for which it came.
 
-    One that came is of the survey of its request alone: journals of two drones may have one name.
+    One that came is of the surveys of its requests alone: journals of two drones may have one name.
     """
-    if request is not None:
-        return request.survey in found.ids
+    if requests:
+        return any(each.survey in found.ids for each in requests)
     return survey_of(recording) in {"", *found.journals}
 
 

@@ -79,9 +79,16 @@ def _listed(surveys: Sequence[tuple[str, float]], length: int = _BEGINNING) -> s
     return ", ".join(f"{survey[:length]} of {utc(ended)}" for survey, ended in surveys[: -SHOWN - 1 : -1]) or "none"
 
 
-def unknown_lots(connection: Connection, given: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Return those of some names and ids that no lot has, and the names that there are, in their order, 10 at most."""
+def unclear_lots(connection: Connection, given: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
+    """Return those of some names and ids that are not one lot's, and the names that there are, in their order.
+
+    Each has the ids of the lots that share the name, none where no lot has it; 10 of ids and of names at most.
+    """
     is_there = LOT.c.merged_into.is_(None)
-    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(is_there).order_by(LOT.c.name)).all()
-    there = {str(value) for row in rows for value in row}
-    return [each for each in given if each not in there], [str(row.name) for row in rows[:SHOWN]]
+    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(is_there).order_by(LOT.c.name, LOT.c.id)).all()
+    lots: dict[str, list[str]] = {}
+    for row in rows:
+        for value in {row.id, row.name}:
+            lots.setdefault(value, []).append(row.id)
+    unclear = {each: lots.get(each, [])[:SHOWN] for each in given if len(lots.get(each, ())) != 1}
+    return unclear, [str(row.name) for row in rows[:SHOWN]]

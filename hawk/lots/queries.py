@@ -32,8 +32,8 @@ from hawk.lots.rows import Row, is_among, readable, row_of
 from hawk.lots.schema import CHANGE, DOCUMENT, LOT, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
-from hawk.lots.survey.counts import counts_of, found_by
-from hawk.lots.survey.last_surveys import COUNTS, last_surveys_of
+from hawk.lots.survey.counts import COUNTS, counts_of, found_by
+from hawk.lots.survey.last_surveys import last_surveys_of
 from hawk.lots.survey.order import is_sure
 from hawk.lots.survey.source import SOURCE_COLUMNS, SurveyKind, source_json
 from hawk.lots.time_zone import time_zones_of

@@ -92,7 +92,7 @@ def new_id() -> str:
 
 def moment(seconds: float) -> datetime:
     """Return a time, Unix seconds, in UTC, as answers show it: without the fraction of the second."""
-    return datetime.fromtimestamp(seconds, UTC).replace(microsecond=0)
+    return datetime.fromtimestamp(math.floor(seconds), UTC)
 
 
 def utc(seconds: float) -> str:

@@ -193,7 +193,7 @@ def steady(panel: Panel, groups: Sequence[Group]) -> list[tuple[Steady, Steady]]
     lists, chances = [], []
     for state, right in ((FREE, 1 - probability), (TAKEN, probability)):
         lists.append(enough & np.all(~is_seen | (panel.state == state), axis=0))
-        chances.append(np.exp(np.where(is_seen, np.log(right), np.float32(0)).sum(axis=0, dtype=np.float64)))
+        chances.append(np.exp((np.log(right) * is_seen).sum(axis=0, dtype=np.float64)))
     found = []
     for group, count in zip(groups, surveys, strict=True):
         known, unknown = enough & group.members, int((ever & ~enough & group.members).sum())

@@ -62,7 +62,8 @@ class Counted:
 def count(panel: Panel, groups: Sequence[Group]) -> Counted:
     """Return the counts of groups at every survey of a panel."""
     is_seen = panel.is_there & (panel.state != UNSEEN)
-    doubt = np.where(is_seen, panel.taken_probability * (1 - panel.taken_probability), np.float32(0))
+    chance = np.nan_to_num(panel.taken_probability)
+    doubt = chance * (1 - chance) * is_seen
     capacity, seen = capacity_of(panel.is_there, groups), summed(is_seen, groups)
     taken = summed(is_seen & (panel.state == TAKEN), groups)
     error = WIDER * summed(doubt, groups)

@@ -135,12 +135,12 @@ def figures(panel: Panel, by: Partition | None = None) -> Figures:
     groups = [*whole(panel), *groups_of(panel, by)]
     hours, moves = flown(panel, groups)
     total, *parts = _uses(panel, groups, hours, moves)
-    at = [each.isoformat(timespec="minutes") for each in panel.local_times]
+    at = panel.local_times
+    first, last = (at[end].isoformat(timespec="minutes") if at else None for end in (0, -1))
     return Figures(
         lot=panel.lot, name=panel.name, clock=panel.clock_name, interval=LEVEL, surveys=len(at),
-        first=at[0] if at else None, last=at[-1] if at else None, left_out=panel.left_out,
-        whole=total if at else None, by=by, parts=tuple(parts), hours=hours_of_day(hours), days=days_of_week(hours),
-        compared=compared(hours),
+        first=first, last=last, left_out=panel.left_out, whole=total if at else None, by=by, parts=tuple(parts),
+        hours=hours_of_day(hours), days=days_of_week(hours), compared=compared(hours),
     )  # fmt: skip
 
 

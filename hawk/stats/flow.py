@@ -50,11 +50,12 @@ class Moves:
         begin = _begins(panel)
         there = panel.is_there
         is_state = [there & (panel.state == state) for state in (FREE, TAKEN)]
-        table = [[summed(before[begin] & after[begin + 1], groups) for after in is_state] for before in is_state]
-        raw = np.stack([np.stack(row, -1) for row in table], -2)
+        table = [[summed(before[:-1] & after[1:], groups)[begin] for after in is_state] for before in is_state]
+        raw = _table(*table)
         wrong = _wrong(panel, is_state, groups)
-        one, other = _called(wrong[begin]), _called(wrong[begin + 1])
-        found = np.maximum(_inverse(np.swapaxes(one, -1, -2)) @ raw @ _inverse(other), 0.0)
+        by_later = [_true(row, wrong[begin + 1]) for row in table]
+        by_earlier = [_true(column, wrong[begin]) for column in zip(*by_later, strict=True)]
+        found = np.maximum(np.swapaxes(_table(*by_earlier), -1, -2), 0.0)
         total, seen = found.sum(axis=(2, 3)), raw.sum(axis=(2, 3))
         corrected = found * np.where(total > 0, seen / np.maximum(total, 1e-12), 0.0)[..., None, None]
         free, taken = raw[..., FREE, FREE], raw[..., TAKEN, TAKEN]
@@ -78,26 +79,30 @@ def _wrong(panel: Panel, is_state: Sequence[Bools], groups: Sequence[Group]) -> 
 
     ``is_state``: which stalls (S, N) are called free, and taken.
     """
-    taken, none = panel.taken_probability, np.float32(0)
-    chances = []
-    for true, right, wrong in ((1 - taken, *is_state), (taken, *reversed(is_state))):
-        missed = summed(np.where(wrong, true, none), groups)
-        chances.append(
-            np.minimum(missed / np.maximum(summed(np.where(right, true, none), groups) + missed, 1e-9), _MOST_WRONG)
-        )
+    taken = np.nan_to_num(panel.taken_probability)
+    called = [summed(each, groups) for each in is_state]
+    truly_taken = [summed(taken * each, groups) for each in is_state]
+    truly_free = [every - some for every, some in zip(called, truly_taken, strict=True)]
+    chances = [
+        np.minimum(missed / np.maximum(right + missed, 1e-9), _MOST_WRONG)
+        for right, missed in (truly_free, reversed(truly_taken))
+    ]
     return np.stack(chances, -1)
 
 
-def _called(wrong: Floats) -> Floats:
-    """Return the chances (..., 2, 2) that a stall which is free or taken (rows) is called free or taken (columns)."""
-    free, taken = wrong[..., FREE], wrong[..., TAKEN]
-    return np.stack([np.stack([1 - free, free], -1), np.stack([taken, 1 - taken], -1)], -2)
+def _true(called: Sequence[Floats], wrong: Floats) -> tuple[Floats, Floats]:
+    """Return how many stalls are free, and taken, by the numbers that are ``called`` so and the chances (..., 2) of
+    `_wrong`: the product with the inverse of the matrix of these chances.
+    """
+    free, taken = called
+    of_free, of_taken = wrong[..., FREE], wrong[..., TAKEN]
+    scale = 1 / (1 - of_free - of_taken)
+    return ((1 - of_taken) * free - of_taken * taken) * scale, ((1 - of_free) * taken - of_free * free) * scale
 
 
-def _inverse(matrix: Floats) -> Floats:
-    """Return the inverse of matrices (..., 2, 2), whose determinants are far from 0."""
-    a, b, c, d = (matrix[..., i, j] for i in (0, 1) for j in (0, 1))
-    return np.stack([np.stack([d, -b], -1), np.stack([-c, a], -1)], -2) / (a * d - b * c)[..., None, None]
+def _table(*rows: Sequence[Floats]) -> Floats:
+    """Return rows of numbers (...) as one table (..., 2, 2)."""
+    return np.stack([np.stack(row, -1) for row in rows], -2)
 
 
 def rates(come: Floats, leave: Floats, hours: Floats) -> tuple[Floats, Floats]:

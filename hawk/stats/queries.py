@@ -7,19 +7,19 @@ from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, RowMapping, func, select, tuple_
+from sqlalchemy import ColumnElement, Connection, func, select, tuple_
 
 from hawk.lots.plan.queries import sections_of
 from hawk.lots.rows import readable
 from hawk.lots.schema import LOOKS, SURVEY
 from hawk.lots.section_lists import sections_seen
-from hawk.lots.survey.counts import counts_of, found_by
+from hawk.lots.survey.counts import COUNTS, counts_of, found_by, is_by_layout
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json
 from hawk.lots.values import LotInputError, moment
 from hawk.stats.answers import NextSurvey, StallsUse, SurveysUse, SurveyUse
 from hawk.stats.changes import Changed, SectionChange, SectionCounts, changes_between
-from hawk.stats.counts import count
+from hawk.stats.counts import Counted, count
 from hawk.stats.figures import Figures, figures
 from hawk.stats.hour_use import AskedUse, asked_use
 from hawk.stats.panel import CODES, Period, read_panel
@@ -29,7 +29,8 @@ from hawk.stats.section_use import read_sections, section_uses, use_of_sections
 from hawk.stats.use_query import Asked
 from hawk.stats.values import DEVIATIONS, LEVEL, NOTHING, TAKEN, UNSEEN, Floats, Panel, whole
 
-_SHOWN: Final = ("id", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program", "accuracy")
+_SHOWN: Final = ("id", "layout", "placed", *COUNTS, "blurred", "simulated", "program", "accuracy")
+_READ: Final = (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended")
 
 
 def statistics(connection: Connection, lot: str, period: Period, by: Partition | None = None) -> Figures:
@@ -115,10 +116,11 @@ def surveys_use(
     chosen = _chosen(connection, lot, period, survey, newest)
     panel = read_panel(connection, lot, period, chosen)
     rows = _rows(connection, panel, period, SURVEY.c.lot == lot if chosen is None else SURVEY.c.id.in_(chosen))
+    is_first, is_last = (chosen is None and end is None for end in (period.begin, period.end))
     return SurveysUse(
         lot=lot, name=panel.name, clock=panel.clock_name, interval=LEVEL, surveys=_uses(connection, panel, rows),
-        before=_beside(connection, lot, period, rows, is_earlier=True),
-        after=_beside(connection, lot, period, rows, is_earlier=False),
+        before=None if is_first else _beside(connection, lot, period, rows, is_earlier=True),
+        after=None if is_last else _beside(connection, lot, period, rows, is_earlier=False),
     )  # fmt: skip
 
 
@@ -129,29 +131,41 @@ def uses_of(connection: Connection, lot: str, period: Period, panel: Panel) -> l
 
 def _rows(
     connection: Connection, panel: Panel, period: Period, is_asked: ColumnElement[bool]
-) -> list[RowMapping]:  # fmt: skip
+) -> list[dict[str, Any]]:  # fmt: skip
     """Return the rows of a panel's surveys, those that are left out too, the newest first."""
     known = {each.id for each in panel.surveys} | {each.survey for each in panel.left_out}
-    columns = (SURVEY.c[name] for name in (*_SHOWN, *SOURCE_COLUMNS, "seq", "lot", "began", "ended"))
-    asked = select(*columns).where(is_asked, *period.may_have()).order_by(*newest_first())
-    return [row for row in connection.execute(asked).mappings() if row["id"] in known]
+    asked = select(*(SURVEY.c[name] for name in _READ)).where(is_asked, *period.may_have()).order_by(*newest_first())
+    rows = (dict(zip(_READ, row, strict=True)) for row in connection.execute(asked))
+    return [row for row in rows if row["id"] in known]
 
 
-def _uses(connection: Connection, panel: Panel, rows: Sequence[RowMapping]) -> list[SurveyUse]:
-    shares = dict(zip((survey.id for survey in panel.surveys), count(panel, whole(panel)).shares(), strict=True))
+def _uses(connection: Connection, panel: Panel, rows: Sequence[dict[str, Any]]) -> list[SurveyUse]:
+    counted = count(panel, whole(panel))
+    shares = dict(zip((survey.id for survey in panel.surveys), counted.shares(), strict=True))
     reasons = {each.survey: each.why for each in panel.left_out}
     at = {each.id: moment(each.at) for each in panel.surveys} | {each.survey: each.ended for each in panel.left_out}
+    counts = _counts(connection, panel, counted, rows)
 
-    def use(pair: tuple[RowMapping, dict[str, Any]]) -> SurveyUse:
-        row, counts = pair
+    def use(row: dict[str, Any]) -> SurveyUse:
         return SurveyUse(
-            **{name: row[name] for name in _SHOWN} | counts | source_json(row),
+            **{name: row[name] for name in _SHOWN} | counts[row["id"]] | source_json(row),
             found=found_by(row), at=at[row["id"]], began=moment(row["began"]), ended=moment(row["ended"]),
             occupancy=shares.get(row["id"], NOTHING),
             left_out=reasons.get(row["id"], ""), left_out_code=CODES.get(reasons.get(row["id"], ""), ""),
         )  # fmt: skip
 
-    return readable(use, zip(rows, counts_of(connection, rows), strict=True))
+    return readable(use, rows)
+
+
+def _counts(
+    connection: Connection, panel: Panel, counted: Counted, rows: Sequence[dict[str, Any]]
+) -> dict[str, dict[str, Any]]:  # fmt: skip
+    """Return what `counts_of` does of surveys, by id. A panel's own are not read again: its looks say it."""
+    seen, taken, stalls = (each[:, 0].astype(int) for each in (counted.seen, counted.taken, counted.capacity))
+    numbers = np.column_stack((seen - taken, taken, stalls - seen)).tolist()
+    found = {each.id: dict(zip(COUNTS, line, strict=True)) for each, line in zip(panel.surveys, numbers, strict=True)}
+    others = [row for row in rows if row["id"] not in found or not is_by_layout(row)]
+    return found | {row["id"]: each for row, each in zip(others, counts_of(connection, others), strict=True)}
 
 
 _MOMENT: Final = func.coalesce(
@@ -173,7 +187,7 @@ def _chosen(
 
 
 def _beside(
-    connection: Connection, lot: str, period: Period, rows: Sequence[RowMapping], *, is_earlier: bool
+    connection: Connection, lot: str, period: Period, rows: Sequence[dict[str, Any]], *, is_earlier: bool
 ) -> NextSurvey | None:  # fmt: skip
     """Return the survey next to those in ``rows``, or to the period where there are none; of one moment by number."""
     place = (_MOMENT, SURVEY.c.seq)

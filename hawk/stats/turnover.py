@@ -7,7 +7,7 @@ log-normal ones, as long as surveys are close (docs/statistics.md).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
@@ -116,6 +116,14 @@ def markov(moves: Moves, longest_h: float | None) -> tuple[Floats, Floats]:
     The estimate errs by the chances of a change, which the seen stalls show (delta method), and arrivals that no survey
     saw are a Poisson number.
     """
+    found = np.full((2, *moves.seen.shape), np.nan)
+    if longest_h is not None and (is_near := moves.hours <= longest_h).any():
+        found[:, is_near] = _markov(Moves(*(getattr(moves, each.name)[is_near] for each in fields(Moves))))
+    return found[0], found[1]
+
+
+def _markov(moves: Moves) -> tuple[Floats, Floats]:
+    """Return `markov` of pairs that are near each other."""
     table, hours, seen = moves.table, moves.hours[:, None], np.maximum(moves.seen, 1e-9)
     free, taken = table[..., FREE, :].sum(axis=-1), table[..., TAKEN, :].sum(axis=-1)
     shown = table[..., FREE, TAKEN]
@@ -127,8 +135,7 @@ def markov(moves: Moves, longest_h: float | None) -> tuple[Floats, Floats]:
     variance = ((more_come - expected) / _STEP) ** 2 * _spread(come, free, moves.error[..., 0])
     variance += ((more_leave - expected) / _STEP) ** 2 * _spread(leave, taken, moves.error[..., 1])
     variance += np.maximum(expected - shown, 0.0)
-    is_near = (hours <= longest_h) if longest_h is not None else np.zeros_like(hours, bool)
-    has_end = is_near & (moves.seen >= 1) & np.isfinite(variance)
+    has_end = (moves.seen >= 1) & np.isfinite(variance)
     return np.where(has_end, expected, np.nan), np.where(has_end, variance, np.nan)
 
 

@@ -148,25 +148,28 @@ _NAMES: Final[Mapping[Partition | None, Callable[[PanelColumn], tuple[str, ...]]
 }
 
 
+_UNITS: Final = np.float32(2**24)
+"""Parts of 1 by which fractions are added: those of a number of 32 bits from a half on."""
+_AT_ONCE: Final = 256
+"""Surveys whose numbers are made at once: in memory that is at hand."""
+
+
 def summed(values: NDArray[Any], groups: Sequence[Group]) -> Floats:
     """Return the sums of values (S, N) over the members of each group, (S, G).
 
-    Stalls are counted by a product of matrices, which is exact in 32 bits. Fractions are added by numpy alone: their
-    product would depend on the library of matrices and its threads.
+    Stalls are counted by a product of matrices, which is exact in 32 bits. So is that of fractions in 64 bits, as
+    numbers of `_UNITS`: it does not depend on the library of matrices and its threads.
     """
-    if not values.size or not groups:
-        return np.zeros((len(values), len(groups)))
-    if values.dtype == np.bool_:
-        members = np.stack([group.members for group in groups], 1)
-        return np.asarray(values.astype(np.float32) @ members.astype(np.float32), np.float64)
-    columns = [np.flatnonzero(group.members) for group in groups]
-    sizes = [len(each) for each in columns]
     total = np.zeros((len(values), len(groups)))
-    filled = [k for k, size in enumerate(sizes) if size]
-    if filled:
-        starts = np.cumsum([0, *(sizes[k] for k in filled[:-1])])
-        total[:, filled] = np.add.reduceat(values.T[np.concatenate(columns)], starts, axis=0).T
-    return total
+    if not values.size or not groups:
+        return total
+    members = np.stack([group.members for group in groups], 1)
+    if values.dtype == np.bool_:
+        return np.asarray(values.astype(np.float32) @ members.astype(np.float32), np.float64)
+    for begin in range(0, len(values), _AT_ONCE):
+        some = slice(begin, begin + _AT_ONCE)
+        total[some] = np.rint(values[some] * _UNITS).astype(np.float64) @ members.astype(np.float64)
+    return total / _UNITS
 
 
 def capacity_of(is_there: Bools, groups: Sequence[Group]) -> Floats:

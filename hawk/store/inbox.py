@@ -75,7 +75,7 @@ def name_fault(name: str) -> str:
         return "must be a plain name: no folder, no / or \\, no control character"
     if len(name.encode()) > LONGEST_NAME:
         return f"is too long: {LONGEST_NAME} bytes at most"
-    if name in PLACES or is_temporary(name):
+    if name.casefold() in PLACES or is_temporary(name):
         return f"is taken: it may not be {', '.join(PLACES)}, begin with a full stop, or end as an unfinished file does"
     return ""
 

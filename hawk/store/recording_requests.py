@@ -13,7 +13,7 @@ import logging
 import os
 import shutil
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -113,9 +113,14 @@ class RecordingRequests:
         found = [each for each in self._known().values() if each.drone == drone and each.is_waiting]
         return [each.survey for each in sorted(found, key=lambda each: (each.asked_at, each.survey))]
 
-    def origins(self) -> Mapping[str, RecordingRequest]:
-        """Return the request of each recording that came, by the name that it has here. Raises OSError."""
-        return {one.file: each for each in self._known().values() for one in each.whole if self._is_there(one)}
+    def origins(self) -> Mapping[str, Sequence[RecordingRequest]]:
+        """Return the requests of each recording that came, by the name that it has here. Raises OSError."""
+        found: dict[str, list[RecordingRequest]] = {}
+        for each in self._known().values():
+            for one in each.whole:
+                if self._is_there(one):
+                    found.setdefault(one.file, []).append(each)
+        return found
 
     def offer(
         self, survey: str, drone: str, answer: Answer, offered: Sequence[OfferedRecording]
@@ -130,6 +135,7 @@ class RecordingRequests:
             self._drop_parts(survey, ())
             return {}
         _check_names(offered)
+        known = replace(known, whole=(*known.whole, *self._brought(known, offered)))
         here = {each.name for each in known.whole}
         former = {(each.name, each.bytes): each for each in known.coming or ()}
         new = [each for each in offered if each.name not in here]
@@ -223,6 +229,16 @@ class RecordingRequests:
             words = "this survey is another's: a drone sends recordings of its own surveys alone"
             raise PartRefusedError("other", "survey", words)
         return known
+
+    def _brought(self, known: RecordingRequest, offered: Sequence[OfferedRecording]) -> Iterator[WholeRecording]:
+        """Yield what is offered and came for another survey of the same flight: a round is over several lots."""
+        had, flight = {each.name for each in known.whole}, (known.drone, known.journal)
+        others = (each for each in self._known().values() if (each.drone, each.journal) == flight)
+        there = {(one.name, one.bytes): one for each in others for one in each.whole}
+        for each in offered:
+            one = there.get((each.name, each.bytes))
+            if one is not None and each.name not in had and self._is_there(one):
+                yield one
 
     def _check_room(self, request: RecordingRequest) -> None:
         wanted, taken = request.missing(), self._recordings.taken()[0]

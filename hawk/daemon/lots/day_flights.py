@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from hawk.comm.cameras.calibration import load_calibration
 from hawk.config.sections import Config
 from hawk.daemon.lots.day_plan import DayLimits, DueLot, RoundFlight, day_plan, day_rounds, flight_seconds
-from hawk.daemon.lots.schedule import Timetable, unknown_lot
+from hawk.daemon.lots.schedule import Timetable, unclear_lot
 from hawk.daemon.lots.tour import planned_tours
 from hawk.ddc.battery.energy import ASSUMED_DRAIN
 from hawk.ddc.battery.survey import Battery, Sweep, need_on_ground
@@ -117,9 +117,9 @@ class DayPlanner:
 
         lots = queries.lots_ahead(connection, None, note, self._timetable.lots())
         written = sorted({entry.lot for entry in self._timetable.entries})
-        unknown, there = names.unknown_lots(connection, written)
+        unclear, there = names.unclear_lots(connection, written)
         due = [DueLot(lot, moment) for lot in lots for moment in moments[lot.id]]
-        return due, [unknown_lot(each, there) for each in unknown]
+        return due, [unclear_lot(each, of, there) for each, of in unclear.items()]
 
     async def _flight_over(self, lots: tuple[DueLot, ...], drone: DayDrone) -> RoundFlight:
         place = lots[0].lot.outline.polygons[0][0]

@@ -105,8 +105,11 @@ def is_flown(last: float | None, moment: datetime) -> bool:
     return last is not None and last >= (moment - EARLY).timestamp()
 
 
-def unknown_lot(given: str, there: Sequence[str]) -> str:
-    """Return that no lot has a name or id of the schedule, with the names that there are."""
+def unclear_lot(given: str, lots: Sequence[str], there: Sequence[str]) -> str:
+    """Return that no lot has a name or id of the schedule, with the names that there are; or that ``lots`` share it."""
+    if lots:
+        return say("schedule: more than one lot is called {lot}: write the id of one: {ids}.", lot=given,
+                   ids=", ".join(lots))  # fmt: skip
     if not there:
         return say("schedule: no lot has the name or id {lot}, and there is none: survey it first.", lot=given)
     return say("schedule: no lot has the name or id {lot}: write one of {names}.", lot=given, names=", ".join(there))
@@ -180,8 +183,8 @@ async def _keep_looking(look: Callable[[], Awaitable[None]], may_look: Callable[
 
 
 class ScheduledNames:
-    """Says which lots of the settings' schedule no lot is: when that is so from the first, and when a lot's name or id
-    is gone, as by a person's change. `run` and `look` belong to the loop.
+    """Says which lots of the settings' schedule no lot is, and which more than one is: when that is so from the first,
+    and when a person's change makes it so. `run` and `look` belong to the loop.
     """
 
     def __init__(
@@ -192,7 +195,7 @@ class ScheduledNames:
         self._given = sorted({entry.lot for entry in entries})
         self._add_message = add_message
         self._version = ""
-        self._unknown: frozenset[str] = frozenset()
+        self._unclear: frozenset[tuple[str, bool]] = frozenset()
 
     async def run(self) -> None:
         """Look again and again until cancelled."""
@@ -200,23 +203,26 @@ class ScheduledNames:
             await _keep_looking(self.look)
 
     async def look(self) -> None:
-        """Say which are not known since the last look, before their surveys are due, too. Raises LotStoreError."""
+        """Say which are not clear since the last look, before their surveys are due, too. Raises LotStoreError."""
         if not self._given:
             return
         await self._store.open()
         found = await self._store.read(self._read)
         if found is None:
             return
-        self._version, unknown, there = found
-        gone, self._unknown = [each for each in unknown if each not in self._unknown], frozenset(unknown)
-        for each in gone:
-            text = say("The schedule names a lot that is not known: {lot}.", lot=each)
-            self._add_message("warning", text, unknown_lot(each, there))
+        self._version, unclear, there = found
+        said, self._unclear = self._unclear, frozenset((each, bool(lots)) for each, lots in unclear.items())
+        for each, lots in unclear.items():
+            if (each, bool(lots)) not in said:
+                text = say("The schedule names a lot that is not known: {lot}.", lot=each)
+                if lots:
+                    text = say("The schedule names {lot}, and more than one lot is called so.", lot=each)
+                self._add_message("warning", text, unclear_lot(each, lots, there))
 
-    def _read(self, connection: Connection) -> tuple[str, list[str], list[str]] | None:
-        """Return the store's version, the unknown names, and those that there are; None: as at the last look."""
+    def _read(self, connection: Connection) -> tuple[str, dict[str, list[str]], list[str]] | None:
+        """Return the store's version, the unclear names, and those that there are; None: as at the last look."""
         version = database.version_of(connection)
-        return None if version == self._version else (version, *names.unknown_lots(connection, self._given))
+        return None if version == self._version else (version, *names.unclear_lots(connection, self._given))
 
 
 class Schedule:

@@ -1,4 +1,4 @@
-"""Checks of a draft against the plan: overlaps, and areas without stalls.
+"""Checks of a draft against the plan: overlaps, areas without stalls, and parts that are far off.
 
 Each refusal names the field and the remedy; nothing is written then.
 """
@@ -12,12 +12,14 @@ import numpy as np
 
 from hawk.lots.plan import geometry
 from hawk.lots.plan.operations import FARTHEST_M
-from hawk.lots.plan.values import NEW, Draft, LayoutStall, PlanZone, shapes_of
+from hawk.lots.plan.values import NEW, Draft, Floats, LayoutStall, PlanZone, shapes_of
 from hawk.lots.values import LotInputError
 from hawk.model.sentences import say
 
 MOST_OVERLAP: Final = 0.10
 """Share of the smaller of two stalls that may be the other one's: lines have a width, and vision errs by some of it."""
+MOST_APART_M: Final = 1000.0
+"""Ground without any part of a lot between two parts of it: what lies farther off is another lot, flown by itself."""
 _WORSE: Final = 1e-4
 """Rounding of a share: two stalls that vision found with a larger overlap may go on together, and come no nearer."""
 
@@ -48,6 +50,36 @@ def check_places(draft: Draft, around: Sequence[LayoutStall], zones: Sequence[Pl
                     area=zone.name,
                 )
             raise LotInputError(draft.field, words)
+
+
+def check_extent(draft: Draft, extent: Floats) -> None:
+    """Refuse stalls and sections that lie more than `MOST_APART_M` off the rest of the lot. Raises LotInputError.
+
+    ``extent`` (2, 2): the box around that rest, metres. What is near makes it larger for what goes on from there.
+    """
+    names = [*map(_name, draft.placed), *(each.name for each in draft.begun_sections)]
+    stalls, rings = shapes_of(draft.placed)[:, :2], [np.array(each.outline) for each in draft.begun_sections]
+    boxes = np.array([*((each, each) for each in stalls), *((ring.min(axis=0), ring.max(axis=0)) for ring in rings)])
+    while len(boxes):
+        gaps = np.maximum(np.maximum(boxes[:, 0] - extent[1], extent[0] - boxes[:, 1]), 0.0)
+        away = np.hypot(*gaps.T)
+        is_near = away <= MOST_APART_M
+        if not is_near.any():
+            raise LotInputError(
+                draft.field,
+                say(
+                    "{part} would be {away:.0f} m off the rest of the lot: {most:.0f} m is the most. Draw it where the "
+                    "lot is, or in a lot of its own",
+                    part=names[int(away.argmin())],
+                    away=float(away.min()),
+                    most=MOST_APART_M,
+                ),
+            )
+        near = boxes[is_near]
+        extent = np.stack(
+            (np.minimum(extent[0], near[:, 0].min(axis=0)), np.maximum(extent[1], near[:, 1].max(axis=0)))
+        )
+        boxes, names = boxes[~is_near], [name for name, is_one in zip(names, is_near, strict=True) if not is_one]
 
 
 def _check_overlaps(draft: Draft, placed: Sequence[LayoutStall], around: Sequence[LayoutStall]) -> None:

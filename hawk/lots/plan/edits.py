@@ -106,6 +106,8 @@ def checked(connection: Connection, lot: str, draft: Draft, zones: Sequence[Plan
         connection, lot, (*found.placed, *found.nameless), found.touched, with_rows=bool(found.nameless)
     )
     checks.check_places(found, near, zones)
+    if found.placed or found.begun_sections:
+        checks.check_extent(found, queries.extent_of(connection, lot))
     if not found.nameless:
         return found
     return label_claims.labelled(found, near, queries.labels_beside(connection, lot, found.touched))

@@ -82,6 +82,9 @@ _TOUCHING: Final = _IN_BOX.where(
     STALL.c.east.between(bindparam("low_east") - _REACH, bindparam("high_east") + _REACH),
 )
 """Stalls whose box touches a box, which the index by place finds within `_LARGEST_M`."""
+_EXTENT: Final = select(*(end(STALL.c[name]) for end in (func.min, func.max) for name in ("north", "east"))).where(
+    _PRESENT
+)
 _ZONES: Final = select(ZONE.c.id, ZONE.c.name, ZONE.c.outline, ZONE.c.kind).where(
     in_plan(ZONE.c, _LOT), ZONE.c.kind.in_(BARE)
 )
@@ -202,6 +205,14 @@ def sections_of(connection: Connection, lot: str, version: int | None = None) ->
     asked = select(*(SECTION.c[name] for name in _OF_SECTION)).where(in_plan(SECTION.c, lot, version))
     found = connection.execute(asked.order_by(SECTION.c.name, SECTION.c.id)).mappings()
     return [LayoutSection(**{**row, "outline": ring_of(row["outline"])}) for row in found]
+
+
+def extent_of(connection: Connection, lot: str) -> Floats:
+    """Return the least box around the datum, the stalls and the sections of a plan: its corners (2, 2), metres."""
+    found = connection.execute(_EXTENT, {"lot": lot}).one()
+    corners = [(0.0, 0.0)] if None in found else [(0.0, 0.0), (found[0], found[1]), (found[2], found[3])]
+    every = np.array([*corners, *(corner for each in sections_of(connection, lot) for corner in each.outline)])
+    return np.stack((every.min(axis=0), every.max(axis=0)))
 
 
 def context_of(connection: Connection, lot: str, asked: Operation) -> Context:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 import numpy as np
-from shapely import MultiPoint
+import shapely
 from sqlalchemy import Connection, select
 
 from hawk.lots import change_log
@@ -15,15 +15,17 @@ from hawk.lots.change_log import Change
 from hawk.lots.ingest import lot_places
 from hawk.lots.operations import layout_row, stall_row
 from hawk.lots.outlines import outline_json
-from hawk.lots.plan import edits
+from hawk.lots.plan import edits, geometry
 from hawk.lots.plan.answers import Edited
+from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.edits import checked
+from hawk.lots.plan.queries import all_stalls, sections_of
 from hawk.lots.plan.steps import next_key, section_values
-from hawk.lots.plan.values import SHAPE, Draft, shapes_of
+from hawk.lots.plan.values import SHAPE, Draft, LayoutSection, PlanStall, shapes_of
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_import.previews import Preview
-from hawk.lots.registration.georeference import ring_on_earth
-from hawk.lots.registration.lot_match import which_lot
+from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
+from hawk.lots.registration.lot_match import SAME_SHARE, which_lot
 from hawk.lots.registration.survey_place import ABOUT_M
 from hawk.lots.rows import Row
 from hawk.lots.schema import LOT, SECTION, STALL
@@ -62,14 +64,34 @@ def _check(preview: Preview, asked: Mapping[str, Any]) -> None:
 
 
 def new_ground(connection: Connection, preview: Preview) -> Outline:
-    """Return the ground of a new lot. Raises LotInputError for that of another lot, which is named."""
-    outline = _outline(preview.matched.draft, preview.placement.datum)
-    decision = which_lot(outline, lot_places(connection))
-    there = decision.lot or next((each.lot for each in decision.candidates if each.overlap > 0), None)
+    """Return the ground of a new lot. Raises LotInputError for that of another lot, which is named.
+
+    Lots that adjoin share an aisle at most: no part of the plan of one lies on a part of the other one's.
+    """
+    draft, datum = preview.matched.draft, preview.placement.datum
+    outline = _outline(draft, datum)
+    beside = [each for each in which_lot(outline, lot_places(connection)).candidates if each.overlap > 0]
+    parts = _parts(draft.added, draft.begun_sections)
+    is_there = (each.overlap >= SAME_SHARE or _is_on(connection, each.lot, parts, datum) for each in beside)
+    there = next((each.lot for each, is_one in zip(beside, is_there, strict=True) if is_one), None)
     if there is not None:
         name = connection.execute(select(LOT.c.name).where(LOT.c.id == there)).scalar_one()
         raise LotInputError("lot", f"{name} is there already on the ground of this plan: import it into that lot")
     return outline
+
+
+def _parts(stalls: Sequence[PlanStall], sections: Sequence[LayoutSection]) -> list[shapely.Polygon]:
+    return [*geometry.polygons(shapes_of(stalls)), *(shapely.Polygon(each.outline) for each in sections)]
+
+
+def _is_on(connection: Connection, lot: str, parts: Sequence[shapely.Polygon], datum: tuple[float, float]) -> bool:
+    """Return whether a part of a plan about a datum lies on one of a lot's by more than two stalls may overlap."""
+    row = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.id == lot)).one()
+    mine = shapely.transform(parts, lambda places: about((row[0], row[1]), on_earth(datum, places))[:, :2])
+    others = np.array(_parts(all_stalls(connection, lot), sections_of(connection, lot)))
+    one, other = shapely.STRtree(others).query(mine, predicate="intersects")
+    shared = shapely.area(shapely.intersection(mine[one], others[other]))
+    return bool((shared > MOST_OVERLAP * np.minimum(shapely.area(mine[one]), shapely.area(others[other]))).any())
 
 
 def begin(connection: Connection, preview: Preview, asked: Mapping[str, Any], who: str, now: float) -> Begun:
@@ -109,5 +131,5 @@ def _outline(draft: Draft, datum: tuple[float, float]) -> Outline:
     """Return the ground about the stalls and sections of a plan, WGS-84."""
     corners = [corner for section in draft.begun_sections for corner in section.outline]
     places = [*shapes_of(draft.added)[:, :2].tolist(), *corners]
-    ring = np.array(MultiPoint(places).convex_hull.buffer(ABOUT_M, quad_segs=4).exterior.coords[:-1])
+    ring = np.array(shapely.MultiPoint(places).convex_hull.buffer(ABOUT_M, quad_segs=4).exterior.coords[:-1])
     return Outline((ring_on_earth(datum, ring),))

@@ -22,6 +22,7 @@ _Layout = tuple[str, int]
 _Keys = NDArray[np.int64]
 _NEVER: Final = 2**62
 _VERSIONS: Final = select(LAYOUT.c.lot, func.max(LAYOUT.c.version)).where(is_among(LAYOUT.c.lot)).group_by(LAYOUT.c.lot)
+COUNTS: Final = ("free", "taken", "unknown")
 _KEYS: Final = (
     select(STALL.c.lot, func.count(), func.group_concat(STALL.c.key))
     .where(STALL.c.ends.is_(None), is_among(STALL.c.lot))
@@ -36,17 +37,18 @@ def counts_of(connection: Connection, surveys: Sequence[Mapping[str, Any] | RowM
     the flight's own map. A stall of the layout that a survey did not look at is unknown. So the counts are those of
     the files of a survey.
     """
-    layout = {
-        row["seq"]: (str(row["lot"]), int(row["layout"]))
-        for row in surveys
-        if row["placed"] in PLACED and row["layout"] is not None
-    }
+    layout = {row["seq"]: (str(row["lot"]), int(row["layout"])) for row in surveys if is_by_layout(row)}
     plans = _plans(connection, set(layout.values()))
     looks = looks_of(connection, sorted(layout))
     columns = [STATES.index(state) for state in (StallState.FREE, StallState.TAKEN)]
     counted = dict(zip(looks.surveys, _tally(looks, layout, plans)[:, columns].tolist(), strict=True))
     stalls = {seq: len(plans[of]) for seq, of in layout.items()}
     return [_counts(row, stalls.get(row["seq"]), counted.get(row["seq"], (0, 0))) for row in surveys]
+
+
+def is_by_layout(row: Mapping[str, Any] | RowMapping) -> bool:
+    """Return whether a survey is counted by the stalls of its layout, not by its flight's own map."""
+    return row["placed"] in PLACED and row["layout"] is not None
 
 
 def _tally(looks: Looks, layout: Mapping[int, _Layout], plans: Mapping[_Layout, _Keys]) -> NDArray[np.int64]:
@@ -109,6 +111,6 @@ def found_by(row: Mapping[str, Any] | RowMapping) -> int:
 
 def _counts(row: Mapping[str, Any] | RowMapping, stalls: int | None, found: Sequence[int]) -> dict[str, Any]:
     if stalls is None:
-        return {name: row[name] for name in ("free", "taken", "unknown")}
+        return {name: row[name] for name in COUNTS}
     free, taken = found
     return {"free": free, "taken": taken, "unknown": stalls - free - taken}

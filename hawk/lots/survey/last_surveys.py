@@ -20,7 +20,7 @@ from sqlalchemy import ColumnElement, Connection, Row, and_, bindparam, func, no
 from hawk.lots.rows import is_among
 from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey import moments
-from hawk.lots.survey.counts import counts_of
+from hawk.lots.survey.counts import COUNTS, counts_of
 from hawk.lots.survey.order import has_been, last_of, ordered_at
 from hawk.lots.survey.source import SurveyKind
 
@@ -73,7 +73,7 @@ _MADE: Final = (
         DOCUMENT.c.writer.label("drone"),
         _number(select(func.max(_OTHER.c.ended)).where(_PICTURE, has_been(_OTHER))).label("been"),
         _number(select(func.min(_OTHER.c.ended)).where(_PICTURE, not_(has_been(_OTHER)))).label("to_come"),
-        *(SURVEY.c[name] for name in ("seq", "lot", "layout", "placed", "free", "taken", "unknown")),
+        *(SURVEY.c[name] for name in ("seq", "lot", "layout", "placed", *COUNTS)),
     )
     .select_from(
         LOT.outerjoin(SURVEY, SURVEY.c.seq == last_of(LOT.c.id)).outerjoin(DOCUMENT, DOCUMENT.c.survey == SURVEY.c.seq)
@@ -96,7 +96,6 @@ _CHANGED: Final = (
 )
 """Rows to be made again, but for those of lots that are ``among``."""
 _KEEP: Final = update(LAST_SURVEY).where(LAST_SURVEY.c.lot == bindparam("of"))
-COUNTS: Final = ("free", "taken", "unknown")
 _NAMES: Final = tuple(each.name for each in fields(LastSurvey) if each.name not in COUNTS)
 
 

@@ -90,7 +90,7 @@ async def _rows_of(request: web.Request) -> list[Recording]:
     origins = {} if requests is None else await write_away(request, requests.origins)
 
     def row(one: Stored, contents: Contents) -> Recording:
-        origin = origins.get(one.name)
+        origin = next(iter(origins.get(one.name, ())), None)
         lot = lots.get(contents.survey if origin is None else origin.survey)
         return _row(one, contents, lot, folder.ends(one), None if origin is None else origin.drone)
 

@@ -440,5 +440,26 @@ def test_a_recording_that_came_goes_with_its_own_survey_alone(kept: Kept) -> Non
     assert not (folder.folder / name).exists()
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("erased", [0, 2])
+def test_the_recording_of_a_round_that_came_goes_with_each_of_its_surveys(kept: Kept, erased: int) -> None:
+    folder, drone, name = Recordings(kept.settings), "Drone 1", "20260510T103000Z.mcap"
+    requests, data = RecordingRequests(folder, kept.settings), recorded(kept.folder / "r", "000009-round")
+    for number in (0, 2):
+        requests.ask(kept.surveys[number], drone, "000009-round", 1.0)
+        here = requests.offer(kept.surveys[number], drone, "", [OfferedRecording(name, len(data))])
+        if here[name] < len(data):
+            part = Part(0, len(data), len(data), hashlib.sha256(data).hexdigest())
+            writer = requests.begin(kept.surveys[number], drone, name, part)
+            assert writer is not None
+            writer.write(data)
+            writer.close()
+            assert requests.finish(kept.surveys[number], writer.coming)
+    assert len(requests.origins()[name]) == 2
+    assert (folder.folder / name).exists()
+    erase(kept.settings, lot=None, survey=kept.surveys[erased])
+    assert not (folder.folder / name).exists()
+
+
 def files_below(folder: Path) -> list[Path]:
     return [path for path in sorted(folder.rglob("*")) if path.is_file()]

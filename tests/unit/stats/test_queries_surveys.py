@@ -6,11 +6,12 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 import pytest
-from sqlalchemy import update
+from sqlalchemy import insert, select, update
 
 from hawk.lots import commands
-from hawk.lots.schema import SURVEY
+from hawk.lots.schema import LAYOUT, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.survey.counts import COUNTS, counts_of
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, NotFoundError
 from hawk.model.lot_map import StallState
@@ -85,6 +86,28 @@ def test_a_deleted_survey_is_in_no_list_and_comes_back_whole(store: Database) ->
         assert commands.undo(connection, done.seq, 1.8e9 + 1) == "delete"
         assert surveys_use(connection, lot, EVER).model_dump(mode="json") == before
         assert whole.stalls(connection, lot) == stalls
+
+
+@pytest.mark.slow
+def test_counts_by_the_looks_of_a_panel_are_those_that_the_store_gives_of_each_survey(store: Database) -> None:
+    taken, unknown = StallState.TAKEN, StallState.UNKNOWN
+    states = ({1: taken}, {2: taken, 3: unknown}, {4: unknown}, {5: taken, 6: taken}, {7: unknown})
+    some = [later(seen(each), number) for number, each in enumerate(states)]
+    part = later(replace(seen({1: taken, 8: unknown}), stalls=seen({1: taken, 8: unknown}).stalls[:12]), 5)
+    lot = lot_of(store, *some, part)
+    with store.writing() as connection:
+        row = {"lot": lot, "version": 2, "valid_from": 1.8e9, "why": "", "who": ""}
+        connection.execute(insert(LAYOUT).values(**row))
+        connection.execute(update(STALL).where(STALL.c.key == 2).values(ends=2))
+        changed: tuple[dict[str, object], ...] = ({"placed": "unregistered"}, {"time_is_sure": False}, {"layout": None})
+        for seq, values in enumerate(changed, 3):
+            connection.execute(update(SURVEY).where(SURVEY.c.seq == seq).values(**values))
+        connection.execute(update(SURVEY).where(SURVEY.c.seq == 6).values(layout=2))
+        rows = [dict(row) for row in connection.execute(select(SURVEY)).mappings()]
+        expected = {row["id"]: each for row, each in zip(rows, counts_of(connection, rows), strict=True)}
+        found = surveys_use(connection, lot, EVER)
+    assert {each.id: {name: getattr(each, name) for name in COUNTS} for each in found.surveys} == expected
+    assert len({tuple(each.items()) for each in expected.values()}) > 3
 
 
 def test_a_lot_that_is_not_there_is_named(store: Database) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from hawk.stats.counts import count
 from hawk.stats.flow import LONGEST_GAP_H, USUAL_CHANGES, USUAL_DRIFT, Flow, Moves, arrivals, rates
-from hawk.stats.turnover import least, longest_gap, most, turnover
+from hawk.stats.turnover import least, longest_gap, markov, most, turnover
 from hawk.stats.values import FREE, TAKEN, UNSEEN, Panel
 from tests.unit.stats.panels import at, everything, panel
 
@@ -92,6 +93,43 @@ def test_wrong_states_make_no_arrivals() -> None:
     moves = Moves.of(seen, everything(seen))
     assert raw > 40
     assert float(least(moves).sum()) < raw / 8
+
+
+@given(seed=st.integers(0, 2**32 - 1), surveys=st.integers(2, 4), stalls=st.integers(1, 12))
+def test_tables_are_those_of_the_inverse_matrices_of_wrong_states(seed: int, surveys: int, stalls: int) -> None:
+    rng = np.random.default_rng(seed)
+    states = rng.integers(UNSEEN, TAKEN + 1, (surveys, stalls))
+    found = panel([at(9 + number / 4) for number in range(surveys)], states.tolist(), float(rng.uniform(0.6, 1.0)))
+    moves = Moves.of(found, everything(found))
+    for pair, table in enumerate(moves.table[:, 0]):
+        before, after = states[pair], states[pair + 1]
+        raw = np.array([[((before == a) & (after == b)).sum() for b in (FREE, TAKEN)] for a in (FREE, TAKEN)])
+        inverse = [np.linalg.inv(called(found, number)) for number in (pair, pair + 1)]
+        right = np.maximum(inverse[0].T @ raw @ inverse[1], 0.0)
+        expected = right * raw.sum() / max(right.sum(), 1e-12)
+        np.testing.assert_allclose(table, expected, rtol=1e-4, atol=1e-4)
+
+
+def called(found: Panel, survey: int) -> NDArray[np.float64]:
+    """Return the chances that a stall which is free or taken (rows) is called free or taken (columns)."""
+    state, taken = found.state[survey], found.taken_probability[survey].astype(np.float64)
+    chances = []
+    for true, right, wrong in ((1 - taken, FREE, TAKEN), (taken, TAKEN, FREE)):
+        missed, met = true[state == wrong].sum(), true[state == right].sum()
+        chances.append(min(missed / max(met + missed, 1e-9), 0.45))
+    return np.array([[1 - chances[0], chances[0]], [chances[1], 1 - chances[1]]])
+
+
+def test_the_estimate_of_near_pairs_is_the_same_beside_pairs_that_are_far_apart() -> None:
+    found, _ = seen_at(stays(np.random.default_rng(5), is_exponential=True), 0.5)
+    moves, longest_h = Moves.of(found, everything(found)), 0.75
+    far = replace(moves, hours=np.where(np.arange(len(moves.hours)) % 2, moves.hours, 3.0))
+    alone, beside = markov(moves, longest_h), markov(far, longest_h)
+    for one, other in zip(alone, beside, strict=True):
+        assert np.isfinite(one).all()
+        assert np.isnan(other[::2]).all()
+        np.testing.assert_array_equal(other[1::2], one[1::2])
+    assert np.isnan(markov(moves, None)).all()
 
 
 def test_nights_and_long_gaps_are_no_pairs() -> None:

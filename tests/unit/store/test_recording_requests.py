@@ -29,17 +29,19 @@ class Desk:
         """Start again with what is on the disk."""
         self.requests = RecordingRequests(self.recordings, self.settings)
 
-    def bring(self, data: bytes, survey: str = SURVEY) -> None:
+    def bring(self, data: bytes, survey: str = SURVEY, drone: str = DRONE) -> None:
         """Ask for a survey's recording, and send it in one part."""
-        self.requests.ask(survey, DRONE, JOURNAL, 1.0)
-        self.requests.offer(survey, DRONE, "", [OfferedRecording(NAME, len(data))])
-        assert self.put(data, 0, len(data), survey=survey) == ""
+        self.requests.ask(survey, drone, JOURNAL, 1.0)
+        self.requests.offer(survey, drone, "", [OfferedRecording(NAME, len(data))])
+        assert self.put(data, 0, len(data), survey=survey, drone=drone) == ""
 
-    def put(self, data: bytes, start: int, end: int, torn: bool = False, survey: str = SURVEY) -> str:
+    def put(
+        self, data: bytes, start: int, end: int, torn: bool = False, survey: str = SURVEY, drone: str = DRONE
+    ) -> str:
         """Send a part, or the first half of it; return why it was refused."""
         part = Part(start, end, len(data), hashlib.sha256(data).hexdigest())
         try:
-            writer = self.requests.begin(survey, DRONE, NAME, part)
+            writer = self.requests.begin(survey, drone, NAME, part)
             if writer is not None:
                 writer.write(data[start : (start + end) // 2 if torn else end])
                 writer.close()
@@ -47,6 +49,10 @@ class Desk:
         except PartRefusedError as error:
             return error.cause
         return ""
+
+    def surveys(self) -> dict[str, list[str]]:
+        """Return the surveys for which each recording came, by its name here."""
+        return {file: [each.survey for each in came] for file, came in self.requests.origins().items()}
 
     def files(self) -> dict[str, bytes]:
         found = [path for path in self.recordings.folder.rglob("*") if path.is_file() and path.suffix != ".json"]
@@ -98,7 +104,7 @@ def test_a_kill_between_the_note_and_the_name_of_a_whole_recording_loses_nothing
     desk.kill()
     assert desk.requests.progress(SURVEY).state == "here"
     assert desk.files() == {NAME: data}
-    assert desk.requests.origins()[NAME].survey == SURVEY
+    assert desk.surveys() == {NAME: [SURVEY]}
 
 
 def test_what_is_erased_names_the_recordings_that_came_and_a_later_request_forgets_no_earlier_one(
@@ -133,14 +139,34 @@ def test_the_name_of_one_that_was_deleted_is_that_of_the_next_survey_alone(
     else:
         desk.recordings.delete(NAME)
     assert desk.requests.progress(SURVEY).state == "none"
-    desk.bring(second, other)
+    desk.bring(second, other, "Drone 2")
     desk.kill()
-    assert {file: each.survey for file, each in desk.requests.origins().items()} == {NAME: other}
+    assert desk.surveys() == {NAME: [other]}
     assert desk.requests.progress(SURVEY).state == "none"
     desk.bring(first)
     again = NAME.replace(".", "-2.")
     assert desk.files() == {NAME: second, again: first}
-    assert {file: each.survey for file, each in desk.requests.origins().items()} == {NAME: other, again: SURVEY}
+    assert desk.surveys() == {NAME: [other], again: [SURVEY]}
+
+
+def test_the_recording_of_a_round_that_came_for_one_lot_is_there_for_the_others(tmp_path: Path) -> None:
+    data, desk, other = recorded(tmp_path / "r", JOURNAL), Desk(tmp_path), SURVEY.replace("1", "2")
+    later = NAME.replace("T10", "T11")
+    offered = [OfferedRecording(NAME, len(data)), OfferedRecording(later, 10**6)]
+    desk.requests.ask(other, DRONE, JOURNAL, 1.0)
+    desk.bring(data)
+    for drone, journal in (("Drone 2", JOURNAL), (DRONE, "000002-day")):
+        desk.requests.ask(drone, drone, journal, 1.0)
+        assert desk.requests.offer(drone, drone, "", offered)[NAME] == 0, "of another flight"
+    assert desk.requests.offer(other, DRONE, "", offered) == {NAME: len(data), later: 0}
+    desk.kill()
+    assert desk.requests.offer(other, DRONE, "", offered[:1]) == {NAME: len(data)}
+    assert desk.requests.progress(other).state == "here"
+    assert desk.files() == {NAME: data}
+    assert sorted(desk.surveys()[NAME]) == [SURVEY, other]
+    desk.recordings.delete(NAME)
+    desk.requests.ask(other, DRONE, JOURNAL, 2.0)
+    assert desk.requests.offer(other, DRONE, "", offered[:1]) == {NAME: 0}
 
 
 def test_a_file_out_of_a_backup_is_the_one_that_came_and_another_of_its_size_is_not(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from sqlalchemy import update
 from hawk.config.sections import Config
 from hawk.daemon.lots.day_flights import DayDrone, DayPlanner, drone_of
 from hawk.daemon.lots.schedule import Timetable
-from hawk.lots import commands, known_lot
+from hawk.lots import commands, known_lot, names
 from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.ingest import save
 from hawk.lots.schema import STALL
@@ -114,6 +114,14 @@ async def test_a_name_of_the_schedule_that_no_lot_has_is_said_with_those_that_th
     plan = await day.plan(config("Lot 1", "Nort"))
     assert [each.start for each in plan.rounds] == [DUE]
     assert plan.problems == ("schedule: no lot has the name or id Nort: write one of Lot 1, Lot 2.",)
+
+
+async def test_a_name_of_the_schedule_that_two_lots_have_is_said_with_their_ids(day: Day) -> None:
+    lots = [await day.store.read(partial(names.lot_named, given=f"Lot {number}")) for number in (1, 2)]
+    await day.store.write(partial(commands.rename, lot_id=lots[1], name="Lot 1", who="Ada", now=1.8e9))
+    (said,) = (await day.plan(config("Lot 1"))).problems
+    assert said == f"schedule: more than one lot is called Lot 1: write the id of one: {', '.join(sorted(lots))}."
+    assert (await day.plan(config(*lots))).problems == ()
 
 
 async def test_without_a_schedule_the_plan_says_what_to_write(day: Day) -> None:

@@ -22,7 +22,9 @@ from hawk.lots.ingest import save
 from hawk.lots.known_lot import newest_survey
 from hawk.lots.store import LotStore
 from hawk.lots.survey.source import PictureSource, SourceKind
-from tests.unit.lots.surveys import BEGAN, survey
+from hawk.model.poses import GlobalPose
+from tests.unit.lots import surveys
+from tests.unit.lots.surveys import BEGAN, box, survey
 
 ENDED = BEGAN + 900
 """End of the lot's only survey."""
@@ -106,6 +108,24 @@ async def test_a_name_that_is_gone_is_said_once_and_again_when_it_is_gone_again(
         "The schedule names a lot that is not known: Lot 1.",
         "schedule: no lot has the name or id Lot 1: write one of Nord.",
     )
+
+
+async def test_a_name_that_two_lots_have_is_said_once_with_the_ids_to_write(store: LotStore) -> None:
+    far = GlobalPose(52.05, 5.0, 0.0)
+    ground = box(-20, -3, 40, 50, far)
+    other = replace(surveys.later(survey(), 2), datum=far, outline=ground, seen_ground=ground)
+    first = (await store.read(lambda connection: newest_survey(connection, "Lot 1")) or ("",))[0]
+    second = (await store.write(partial(save, survey=other))).lot or ""
+    page = Page(store, entry(), entry(lot=second))
+    assert await page.at(NOW) == []
+    await store.write(partial(commands.rename, lot_id=second, name="Lot 1", who="Ada", now=ENDED))
+    for _ in range(2):
+        assert await page.at(NOW) == ["The schedule names Lot 1, and more than one lot is called so."]
+    ids = ", ".join(sorted((first, second)))
+    assert page.said[0][2] == f"schedule: more than one lot is called Lot 1: write the id of one: {ids}."
+    await store.write(partial(commands.rename, lot_id=second, name="Nord", who="Ada", now=ENDED))
+    await store.write(partial(commands.rename, lot_id=first, name="Süd", who="Ada", now=ENDED))
+    assert (await page.at(NOW))[1:] == ["The schedule names a lot that is not known: Lot 1."]
 
 
 async def test_a_schedule_without_any_lot_says_that_the_first_one_is_surveyed_first(tmp_path: Path) -> None:

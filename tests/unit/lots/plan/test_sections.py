@@ -51,6 +51,30 @@ def test_a_strip_lies_on_the_side_of_its_line_and_has_the_places_of_its_length(a
     assert drawn(ann, "Long cars", place_m=7.0, width=3.0)["capacity"] == 8
 
 
+def test_what_lies_a_kilometre_off_the_lot_is_refused_with_the_distance_and_what_goes_on_from_it_is_not(
+    ann: Person,
+) -> None:
+    drawn(ann)
+    before = ann.plan()
+    far = [[2000.0, 0.0], [2000.0, 56.0]]
+    area = [[1997.8, 0.0], [1997.8, 56.0], [2027.8, 0.0]]
+    stall = {"north": 1997.8, "east": 30.0, "angle": 0.0, "width": 2.0, "length": 5.0}
+    asked: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
+        ("draw_section", "Far", "line", {"name": "Far", **KERB, "line": far}),
+        ("draw_section", "Far", "outline", {"name": "Far", "outline": area}),
+        ("add_stall", "the new stall", "north", stall),
+    )
+    for do, name, field, values in asked:
+        with pytest.raises(LotInputError) as refused:
+            ann.do(do, **values)
+        assert refused.value.field == field
+        assert f"{name} would be 1978 m off the rest of the lot: 1000 m is the most. Draw it" in str(refused.value)
+    assert ann.plan() == before
+    for number, north in enumerate((900.0, 1800.0, 2500.0)):
+        drawn(ann, f"Street {number}", line=[[north, 0.0], [north, 56.0]])
+    drawn(ann, "Far", line=far)
+
+
 def test_an_area_has_no_capacity_until_a_person_gives_one(ann: Person) -> None:
     done = ann.do("draw_section", name="Yard", outline=SQUARE, note=" permit  K2 ")
     (yard,) = done["sections"]

@@ -143,10 +143,19 @@ def test_a_new_lot_is_made_of_a_plan_and_undone(person: Importer) -> None:
 def test_a_new_lot_may_lie_beside_another_one_and_not_on_a_part_of_it(person: Importer) -> None:
     near = drawn(24, a_row=12, north=100.0)
     assert person.begin(geojson(near))["stalls"] == 24
-    for north in (113.0, 123.0):  # by more and by less than what makes two lots one
+    for north, east in ((113.0, 0.0), (109.0, 27.0)):  # by more and by less than what makes two lots one
         with pytest.raises(LotInputError, match="is there already on the ground of this plan"):
-            person.begin(geojson(drawn(24, a_row=12, north=north)), "Again")
+            person.begin(geojson(drawn(24, a_row=12, north=north, east=east)), "Again")
     assert person.begin(geojson(drawn(24, a_row=12, north=160.0)), "Beside")["stalls"] == 24
+
+
+@pytest.mark.slow
+def test_adjoining_lots_of_one_file_are_made_one_after_another(person: Importer) -> None:
+    """Their stalls stand back to back, and rows go on in the next lot: they share an aisle's width about them."""
+    for name, north, east in (("South", 1000.0, 0.0), ("North", 1021.5, 0.0), ("East", 1000.0, 30.1)):
+        assert person.begin(geojson(drawn(24, a_row=12, north=north, east=east)), name)["stalls"] == 24
+    with pytest.raises(LotInputError, match="South is there already on the ground of this plan"):
+        person.begin(geojson(drawn(1, north=1001.0)), "One stall")
 
 
 @pytest.mark.slow
