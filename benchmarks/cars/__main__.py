@@ -5,7 +5,8 @@
 ``--regions``: ``REGION.jpg`` at 0.1 m a pixel, whose vehicles ``benchmarks/cars/labels`` have; ``--left-out
 FILE=PATTERN`` names the network that was not trained on some of them. ``--tiles``: ``images/*.jpg`` with
 ``labels/*.txt`` (class 0 is a car). ``--crossings``: frames with boxes of cars; no stall is there, so each that is
-found is invented. ``--metres`` averages all of them to coarser pixels besides.
+found is invented; ``--drawn-crossings 1-24`` draws such pictures. ``--metres`` averages the others to coarser pixels
+besides.
 
 In JSON the figures of regions begin with ``cars_regions``, those of tiles with ``cars_tiles``, those of crossings with
 ``cars_crossings``.
@@ -23,9 +24,9 @@ import cv2
 from benchmarks.cars.eyes import ChannelEye, VehicleEye, maps_of
 from benchmarks.cars.labels import LabelError
 from benchmarks.cars.measures import CarTally, LotSection, figures, flicker, measure, read_sections
-from benchmarks.cars.scenes import CarScene, at_metres, read_car_tiles, read_crossings, read_regions
+from benchmarks.cars.scenes import CarScene, at_metres, draw_crossing, read_car_tiles, read_crossings, read_regions
 from benchmarks.figures import Figure, Section, print_and_write, share
-from benchmarks.options import folder_option, make_parser
+from benchmarks.options import folder_option, make_parser, seeds_option
 from benchmarks.perception.regions import left_out_option, model_for
 from hawk.algo.vision.network import StallNetwork
 from hawk.picture.orthophoto.tile_detector import found_in
@@ -66,11 +67,10 @@ class CarBenchmark:
         return Section("shifted by some pixels", rows)
 
 
-def invented(benchmark: CarBenchmark, scenes: Iterable[CarScene]) -> Section:
+def invented(benchmark: CarBenchmark, scenes: Iterable[CarScene], key: str, text: str) -> Figure:
     """Return how many stalls are found where no stall is."""
     counts = [len(found_in(maps_of(benchmark.network(one.name), one)).stalls) for one in scenes]
-    mean = sum(counts) / len(counts) if counts else None
-    return Section("crossings without stalls", [Figure("cars_invented_a_picture", "stalls invented a picture", mean)])
+    return Figure(key, text, sum(counts) / len(counts) if counts else None)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -101,7 +101,12 @@ def _tables(benchmark: CarBenchmark, options: argparse.Namespace) -> list[Sectio
         for key, scenes, these in given:
             coarse = [scene for one in scenes if (scene := at_metres(one, metres)) is not None]
             tables += benchmark.sections(f"{key}_at_{round(100 * metres)}_cm", coarse, these)
-    return [*tables, invented(benchmark, crossings)] if crossings else tables
+    drawn = map(draw_crossing, options.drawn_crossings)
+    rows = [
+        invented(benchmark, crossings, "cars_invented_a_picture", "stalls invented a picture"),
+        invented(benchmark, drawn, "cars_invented_a_drawn_picture", "stalls invented a drawn picture"),
+    ]
+    return [*tables, Section("crossings without stalls", [row for row in rows if row.value is not None])]
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -109,6 +114,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--regions", type=folder_option)
     parser.add_argument("--tiles", type=folder_option)
     parser.add_argument("--crossings", type=folder_option)
+    parser.add_argument(
+        "--drawn-crossings", type=seeds_option, default=[], metavar="SEEDS", help="crossings to draw, as 1-24"
+    )
     parser.add_argument("--metres", type=float, nargs="+", default=[], help="of coarser pixels, as 0.12 0.15")
     parser.add_argument(
         "--left-out", action="append", default=[], type=left_out_option, metavar="FILE=PATTERN",

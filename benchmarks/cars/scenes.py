@@ -11,13 +11,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.cars.labels import HAND_LABELS, VehicleTruth, read_truth
+from benchmarks.cars.labels import HAND_LABELS, VehicleTruth, read_truth, truth_of
 from benchmarks.perception.boxes import Boxes
 from benchmarks.perception.places import TILE_METRES_PER_PIXEL, averaged, missing_ground, read_picture, read_shapes
 from hawk.algo.vision.detection import FloatArray
+from hawk.worlds.plan import SitePlan
+from training.crossings import plan_crossing_site
+from training.scenes import draw_scene
 
 CROSSING_METRES_PER_PIXEL: Final = 0.058
 """Of the frames over a crossing: a car of 4.5 m is some 78 pixels long there."""
+_DRAWN_PIXELS: Final = 704
 _CAR: Final = 0
 _EDGE_M: Final = 0.3
 _LEAST_M: Final = 1.2
@@ -69,6 +73,16 @@ def read_crossings(folder: Path) -> Iterator[CarScene]:
     for path in sorted(folder.glob("*.jpg")):
         if scene := _labelled_by_shapes(path, path.with_suffix(".txt"), CROSSING_METRES_PER_PIXEL):
             yield scene
+
+
+def draw_crossing(seed: int) -> CarScene:
+    """Return a drawn crossing without a stall, and without labels."""
+
+    def plan_site(rng: np.random.Generator) -> SitePlan:
+        return plan_crossing_site(rng, (0.0, 0.0))
+
+    drawn = draw_scene(np.random.default_rng((seed, _DRAWN_PIXELS)), _DRAWN_PIXELS, plan_site=plan_site)
+    return CarScene(f"crossing {seed}", drawn.image, drawn.metres_per_pixel, truth_of([]))
 
 
 def at_metres(scene: CarScene, metres: float) -> CarScene | None:

@@ -13,7 +13,7 @@ from sqlalchemy import Connection, RowMapping, and_, exists, or_, select
 from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation, SeenSection
 from hawk.lots.names import chosen_survey
 from hawk.lots.outlines import outline_of
-from hawk.lots.plan.queries import in_plan, stalls_in, stalls_of_keys
+from hawk.lots.plan.queries import hidden_stalls, in_plan, stalls_in, stalls_of_keys
 from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import corners_on_earth, on_earth, ring_on_earth
@@ -23,7 +23,9 @@ from hawk.lots.section_lists import seen_by
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.survey.order import is_sure, oldest_first
+from hawk.lots.survey.private_ground import hidden_in
 from hawk.lots.survey.source import PictureSource
+from hawk.lots.survey.vehicle_places import may_be_seen
 from hawk.lots.tables import unpack_stalls
 from hawk.lots.time_zone import time_zone_of
 from hawk.lots.values import PLACED, Detection, NotFoundError
@@ -120,7 +122,7 @@ def _read(connection: Connection, layouts: _Layouts, survey: str) -> ExportRecor
         origin=datum,
         time_zone=lot.time_zone,
         outline=lot.outline,
-        stalls=_registered(connection, layouts, row) if is_placed else _found(row, datum),
+        stalls=_registered(connection, layouts, row) if is_placed else _found(connection, row, datum),
         doubt="" if is_placed else f"{row['placed']}: its place among the lot's stalls is not certain",
         blurred=row["blurred"],
         pictures=PictureSource.read(row),
@@ -153,6 +155,13 @@ class _Layouts:
     then: Sequence[str]
     lots: dict[str, _Lot] = field(default_factory=dict)
     stalls: dict[tuple[str, int], list[_Placed]] = field(default_factory=dict)
+    hidden: dict[str, frozenset[int]] = field(default_factory=dict)
+
+    def hidden_in(self, lot: str) -> frozenset[int]:
+        """Return the keys of a lot's stalls on private ground."""
+        if lot not in self.hidden:
+            self.hidden[lot] = hidden_stalls(self.connection, [lot])
+        return self.hidden[lot]
 
     def lot(self, lot: str) -> _Lot:
         """Return a lot by its id."""
@@ -169,7 +178,9 @@ class _Layouts:
         """Return the stalls of a version of a lot's layout in the order of their labels."""
         key = lot, version
         if key not in self.stalls:
-            stalls = in_order(stalls_in(self.connection, lot, version, self.then))
+            hidden = self.hidden_in(lot)
+            there = stalls_in(self.connection, lot, version, self.then)
+            stalls = in_order([each for each in there if each.key not in hidden])
             self.stalls[key] = _on_earth(self.lot(lot).datum, stalls)
         return self.stalls[key]
 
@@ -190,14 +201,17 @@ def _registered(connection: Connection, layouts: _Layouts, survey: RowMapping) -
     rows = connection.execute(select(*_LOOK).where(OBSERVATION.c.survey == survey["seq"]))
     looks = {key: _Look(*look) for key, *look in rows}
     placed = layouts.placed(str(survey["lot"]), int(survey["layout"]))
-    if away := looks.keys() - {each.stall.key for each in placed}:
+    if away := looks.keys() - {each.stall.key for each in placed} - layouts.hidden_in(str(survey["lot"])):
         placed = layouts.brought_back(str(survey["lot"]), placed, away)
     return tuple(_exported(each, looks.get(each.stall.key)) for each in placed)
 
 
-def _found(survey: RowMapping, datum: LatLon) -> tuple[Observation, ...]:
-    """Return the stalls as the survey found them, in its own frame, with its own numbers."""
-    return found_stalls([stall for stall in unpack_stalls(survey["stalls"]) if not stall.is_extra], datum)
+def _found(connection: Connection, survey: RowMapping, datum: LatLon) -> tuple[Observation, ...]:
+    """Return the stalls as the survey found them, in its own frame, with its own numbers; none on private ground."""
+    stalls = [stall for stall in unpack_stalls(survey["stalls"]) if not stall.is_extra]
+    shapes = np.array([stall.shape for stall in stalls], np.float64).reshape(-1, 5)
+    shown = may_be_seen(shapes, hidden_in(connection, str(survey["id"])))
+    return found_stalls([stall for stall, is_shown in zip(stalls, shown, strict=True) if is_shown], datum)
 
 
 def found_stalls(found: Sequence[Detection], datum: LatLon) -> tuple[Observation, ...]:

@@ -34,7 +34,7 @@ from hawk.lots.answers import (
 )
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
-from hawk.lots.plan.queries import in_plan, is_of_row
+from hawk.lots.plan.queries import hidden_stalls, in_plan, is_of_row
 from hawk.lots.plan.serialize import layout_of
 from hawk.lots.plan.values import BARE, LASTING, PRIVATE
 from hawk.lots.queries import (
@@ -211,9 +211,9 @@ def stalls(
 
 
 def stall(connection: Connection, stall_id: str) -> Stall:
-    """Return a stall by its id, of any layout. Raises NotFoundError."""
+    """Return a stall by its id, of any layout; none on private ground. Raises NotFoundError."""
     found = connection.execute(_with_look(connection, STALL.c.id == stall_id)).one_or_none()
-    if found is None:
+    if found is None or found.key in hidden_stalls(connection, [found.lot]):
         raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
     (shown,) = _placed(connection, found.lot, [found])
     return Stall(lot=found.lot, begins=found.begins, ends=found.ends, **shown, **_look_of(found))
@@ -296,6 +296,8 @@ def observations(
         if key is None:
             raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
         conditions.append(OBSERVATION.c.stall == key)
+    if hidden := hidden_stalls(connection):
+        conditions.append(OBSERVATION.c.stall.not_in(hidden))
     if asked.after is not None:
         conditions.append(_behind_look(asked))
     joined = SURVEY.join(OBSERVATION, OBSERVATION.c.survey == SURVEY.c.seq).join(

@@ -243,7 +243,13 @@ def _run(options: argparse.Namespace) -> int:
         _check_watch(options)
         _check_store(options.store)
         return inbox.watch(options, _passed_on(options))
-    _check(options)
+    try:
+        stored = ingest.private_areas(options.store)
+    except errors.PictureError as error:
+        _say_error(options, str(error))
+        return _FAILED
+    known = b"".join(area.wkb for area in stored)
+    _check(options, known)
     asked = sources.MapRequest(
         source=options.source, out=options.out, model=options.model, outline=options.outline,
         private=options.private, check=options.check, checked=options.checked, crs=options.crs,
@@ -251,12 +257,13 @@ def _run(options: argparse.Namespace) -> int:
         calibration=options.calibration, group=options.group, place=options.place, log=options.log,
         log_offset_s=options.log_offset, hfov_deg=options.hfov, focal35_mm=options.focal35, name=options.name,
         taken=options.taken, flight=options.flight, allow_host=_hosts(options) or None,
+        stored=stored,
     )  # fmt: skip
     try:
-        with kept_source(options.out, options.source, options.private):
+        with kept_source(options.out, options.source, options.private, known):
             with progress.shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as show:
                 mapped = _checked(options, sources.survey_of_source(asked, show))
-            stored = _write(options, mapped)
+            kept = _write(options, mapped)
             _draw_check(options, mapped)
     except errors.PictureError as error:
         _say_error(options, str(error))
@@ -265,7 +272,7 @@ def _run(options: argparse.Namespace) -> int:
         _say_error(options, "stopped; go on by --resume")
         return _STOPPED
     if options.page:
-        return _show(options, stored)
+        return _show(options, kept)
     return PARTLY if mapped.left_out else 0
 
 
@@ -334,8 +341,11 @@ def _passed_on(options: argparse.Namespace) -> dict[str, str]:
     return {name: str(value) for name, value in given.items() if value is not None}
 
 
-def _check(options: argparse.Namespace) -> None:
-    """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
+def _check(options: argparse.Namespace, stored: bytes) -> None:
+    """Refuse options that do not fit together, or the store's private ground: ``stored``.
+
+    Raises ConfigError naming one and the remedy.
+    """
     for name in ("source", "out"):
         if getattr(options, name) is None:
             raise ConfigError(f"{_written(name)}: is needed without --watch (see map --help)")
@@ -358,7 +368,7 @@ def _check(options: argparse.Namespace) -> None:
         is_alike = other == name_of(options.source)
         words = f"{other} with other pictures" if is_alike else other
         raise ConfigError(f"--out: {options.out} holds the work on {words}; name another folder")
-    elif problem := other_private(options.out, options.private):
+    elif problem := other_private(options.out, options.private, stored):
         raise ConfigError(f"--private: {problem}")
     if options.seed is not None and options.check is None:
         raise ConfigError("--seed: only together with --check")

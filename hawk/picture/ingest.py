@@ -18,9 +18,13 @@ from hawk.picture.values import NO_STALLS, LotSurvey, PictureError, PictureSurve
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:  # loaded on the store's thread
+    from shapely import Polygon
+
     from hawk.lots import queries
+    from hawk.lots.survey import private_ground
 else:
     queries = late("hawk.lots.queries")
+    private_ground = late("hawk.lots.survey.private_ground")
 
 _WORDS: Final = {
     Placed.FIRST: "the first survey of {lot}",
@@ -112,6 +116,21 @@ class OpenedStore:
             return self._runner.run(self._store.read(lambda connection: queries.is_stored(connection, survey)))
         except (LotStoreError, OSError) as error:
             raise PictureError(f"--store: {error}") from error
+
+    def private_areas(self) -> tuple[Polygon, ...]:
+        """Return the private ground of the store's lots, (longitude, latitude). Raises PictureError."""
+        try:
+            return self._runner.run(self._store.read(private_ground.private_areas))
+        except (LotStoreError, OSError) as error:
+            raise PictureError(f"--store: {error}") from error
+
+
+def private_areas(folder: Path | None) -> tuple[Polygon, ...]:
+    """Return the private ground of a store that is there; none of another one. Raises PictureError."""
+    if folder is None or not lots_file(folder).exists():
+        return ()
+    with opened_store(folder) as store:
+        return store.private_areas()
 
 
 @contextlib.contextmanager

@@ -6,7 +6,7 @@ import contextlib
 import re
 import time
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
 from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
+from hawk.lots.survey.private_ground import ERROR_M
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
 from hawk.model.lot_map import TILE_M
@@ -41,12 +42,17 @@ from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
 _OF_ORTHOPHOTOS: Final = ("outline", "check", "checked", "allow_host")
+_DEGREE_M: Final = 111_195.0
+"""Metres of a degree of latitude on a sphere of 6,371 km."""
 _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
 @dataclass(frozen=True, slots=True)
 class MapRequest:
-    """A source with the options of the command line. ``areas``: those of ``private``, (longitude, latitude)."""
+    """A source with the options of the command line.
+
+    ``stored``: private ground of the lots of the store, ``areas``: that of the file ``private``, (longitude, latitude).
+    """
 
     source: Path | RemoteRaster
     out: Path
@@ -72,6 +78,7 @@ class MapRequest:
     flight: FlightId | None = None
     allow_host: Hosts | None = None
     areas: tuple[shapely.Polygon, ...] = ()
+    stored: tuple[shapely.Polygon, ...] = ()
     now: float = field(default_factory=time.time)
 
     @property
@@ -86,22 +93,36 @@ def survey_of_source(asked: MapRequest, progress: Progress) -> PictureSurvey:
     """Map a source. Raises PictureError: it cannot be mapped, or an option does not fit it."""
     if asked.name is not None:
         asked = replace(asked, name=_lot_name(asked.name))
-    private = asked.private
-    if private is None:
-        return _survey_of(asked, progress)
-    areas = read_private(private)
+    areas = () if asked.private is None else read_private(asked.private)
     mapped = _survey_of(replace(asked, areas=areas), progress)
-    return replace(mapped, notes=(*mapped.notes, _private_note(private.name, areas, mapped.landed)))
+    return replace(mapped, notes=(*mapped.notes, *_private_notes(asked, areas, mapped.landed)))
 
 
-def _private_note(name: str, areas: Sequence[shapely.Polygon], landed: LandingFacts) -> str:
-    """Return what became of a file of private areas: one that has none near the map has a mistake in it."""
+def _private_notes(asked: MapRequest, areas: Sequence[shapely.Polygon], landed: LandingFacts) -> Iterator[str]:
+    """Yield what became of private ground: a file that has none near the map has a mistake in it, a store has not."""
+    if asked.private is not None:
+        name = asked.private.name
+        if _are_near(areas, landed):
+            yield f"No picture shows the areas of {name}, and nothing is counted there."
+        else:
+            yield f"No area of {name} lies where the pictures are, so that they show everything: look at its places."
+    if asked.stored and _are_near(asked.stored, landed):
+        yield "No picture shows the private ground of the store's lots, and nothing is counted there."
+
+
+def _are_near(areas: Sequence[shapely.Polygon], landed: LandingFacts) -> bool:
+    """Return whether areas lie on the map; True for one without pictures."""
     rows, columns = np.array([*landed.current.tiles], np.float64).reshape(-1, 2).T * TILE_M
-    if len(rows) and not private_ground(areas, landed.datum).intersects(
+    return not len(rows) or private_ground(areas, landed.datum).intersects(
         shapely.box(-rows.max() - TILE_M, columns.min(), -rows.min(), columns.max() + TILE_M)
-    ):
-        return f"No area of {name} lies where the pictures are, so that they show everything: look at its places."
-    return f"No picture shows the areas of {name}, and nothing is counted there."
+    )
+
+
+def _wider(area: shapely.Polygon) -> shapely.Polygon:
+    """Return an area of a plan, (longitude, latitude), wider by the error of the receiver that placed its lot."""
+    scale = np.array([np.cos(np.radians(area.centroid.y)), 1.0])
+    flat = shapely.transform(area, lambda places: places * scale).buffer(ERROR_M / _DEGREE_M, join_style="mitre")
+    return shapely.transform(flat, lambda places: places / scale)
 
 
 def _survey_of(asked: MapRequest, progress: Progress) -> PictureSurvey:
@@ -179,7 +200,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
         picture,
         out=asked.out,
         outline=asked.outline,
-        private=asked.private,
+        private=(*asked.areas, *(_wider(area) for area in asked.stored)),
         hosts=asked.allow_host or (),
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,
@@ -253,7 +274,13 @@ def _of_shots(
 ) -> PictureSurvey:
     work = asked.out / WORK
     return survey_shots(
-        provenance, read, pictures, private=asked.areas, model=asked.model, work=work, progress=progress
+        provenance,
+        read,
+        pictures,
+        private=(*asked.areas, *asked.stored),
+        model=asked.model,
+        work=work,
+        progress=progress,
     ).mapped
 
 

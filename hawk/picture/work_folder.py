@@ -115,13 +115,14 @@ def name_of(source: Path | RemoteRaster) -> str:
     return source.resolve().name if isinstance(source, Path) else source.name
 
 
-def other_private(folder: Path, private: Path | None) -> str:
-    """Return why work in a folder cannot go on with these private areas; "" where it can, or the folder has no work."""
+def other_private(folder: Path, private: Path | None, stored: bytes = b"") -> str:
+    """Return why work in a folder cannot go on with private areas as of `kept_source`; "" where it can, or has none."""
     with _unreadable():
         kept = json.loads((folder / SOURCE).read_bytes()).get("private")
-        if kept == _digest(private):
+        digest = _digest(private, stored)
+        if kept == digest:
             return ""
-        if private is None:
+        if digest is None:
             return f"{folder} leaves private ground out; name the same file again, or another folder by --out"
         if kept is None:
             return f"the pictures in {folder} show that ground; name another folder by --out"
@@ -130,15 +131,18 @@ def other_private(folder: Path, private: Path | None) -> str:
 
 
 @contextlib.contextmanager
-def kept_source(folder: Path, source: Path | RemoteRaster, private: Path | None = None) -> Iterator[None]:
+def kept_source(
+    folder: Path, source: Path | RemoteRaster, private: Path | None = None, stored: bytes = b""
+) -> Iterator[None]:
     """Keep in a folder what source its work is of, from before the work; where none was done, it goes again.
 
-    ``private``: file of areas that no picture shows. Raises PictureError where the folder cannot be written.
+    ``private``: file of areas that no picture shows; ``stored``: those of a store in any form. Raises
+    PictureError where the folder cannot be written.
     """
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        content = {**WorkSource.of(source).values(), "private": _digest(private)}
+        content = {**WorkSource.of(source).values(), "private": _digest(private, stored)}
         replace_whole(folder / SOURCE, json.dumps(content, ensure_ascii=False).encode())
     except OSError as error:
         raise values.PictureError(f"--out: {values.cannot_write(Path(error.filename or folder), error)}") from error
@@ -152,9 +156,10 @@ def kept_source(folder: Path, source: Path | RemoteRaster, private: Path | None 
                     each.rmdir()
 
 
-def _digest(file: Path | None) -> str | None:
-    """Return the SHA-256 of a file, None without one. Raises OSError."""
-    return None if file is None else hashlib.sha256(file.read_bytes()).hexdigest()
+def _digest(file: Path | None, stored: bytes) -> str | None:
+    """Return the SHA-256 of a file and what is stored, None without both. Raises OSError."""
+    content = (b"" if file is None else file.read_bytes()) + stored
+    return hashlib.sha256(content).hexdigest() if content else None
 
 
 def _facts(path: Path) -> tuple[str, int, int]:

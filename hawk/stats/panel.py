@@ -13,6 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Row, and_, func, or_, select
 from hawk.lots.labels import parts_of
 from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
+from hawk.lots.plan.queries import hidden_stalls
 from hawk.lots.plan.values import BARE
 from hawk.lots.plan.versions import newest_layout
 from hawk.lots.schema import LOOKS, LOT, SECTION_LOOK, STALL, SURVEY, ZONE
@@ -181,7 +182,8 @@ def _read(connection: Connection, lot: str, period: Period, *of: ColumnElement[b
     asked = select(*columns).where(SURVEY.c.lot == lot, *period.may_have(), *of)
     rows = connection.execute(asked.order_by(SURVEY.c.ended)).all()
     asked = select(*(STALL.c[each] for each in _STALL)).where(STALL.c.lot == lot).order_by(STALL.c.key)
-    stalls = in_order(connection.execute(asked).all())
+    hidden = hidden_stalls(connection, [lot])
+    stalls = in_order([row for row in connection.execute(asked) if row.key not in hidden])
     by_sections = {} if any(row.ends is None for row in stalls) else _section_moments(connection, lot)
     why = [
         _why_not(is_placed=row[3] in PLACED or row[0] in by_sections, time_is_sure=row[5], has_been=row[6])

@@ -9,9 +9,10 @@ from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
-from sqlalchemy import ColumnElement, Connection, Select, and_, bindparam, func, select
+from sqlalchemy import ColumnElement, Connection, Select, and_, bindparam, func, select, true
 
 from hawk.lots.outlines import ring_of
+from hawk.lots.plan import geometry
 from hawk.lots.plan.drafts import Context
 from hawk.lots.plan.operations import (
     LENGTHS_M,
@@ -187,6 +188,27 @@ def zones_of(connection: Connection, lot: str, version: int | None = None) -> li
 def private_zones(connection: Connection, lot: str) -> list[Ring]:
     """Return the rings of a lot's plan that nobody may look at, metres in its frame."""
     return [each.outline for each in zones_of(connection, lot) if each.kind == PRIVATE and each.outline]
+
+
+def hidden_stalls(connection: Connection, lots: Collection[str] | None = None) -> frozenset[int]:
+    """Return the keys of the stalls, of any layout, whose middle lies on private ground of the plan of their lot.
+
+    ``lots``: None for all. Earlier surveys looked at them: their states are neither shown nor counted.
+    """
+    is_of = true() if lots is None else is_among(ZONE.c.lot)
+    asked = select(ZONE.c.lot, ZONE.c.outline).where(ZONE.c.kind == PRIVATE, ZONE.c.ends.is_(None), is_of)
+    rings: dict[str, list[Ring]] = defaultdict(list)
+    for lot, outline in connection.execute(asked, {} if lots is None else {"among": json.dumps([*lots])}):
+        rings[lot].append(ring_of(outline))
+    hidden: set[int] = set()
+    for lot, private in rings.items():
+        asked = select(STALL.c.key, STALL.c.north, STALL.c.east).where(STALL.c.lot == lot)
+        rows = connection.execute(asked).all()
+        places = np.array([row[1:] for row in rows], np.float64).reshape(-1, 2)
+        for ring in private:
+            lies = geometry.within(ring, places)
+            hidden.update(row.key for row, is_in in zip(rows, lies, strict=True) if is_in)
+    return frozenset(hidden)
 
 
 def named_zones(connection: Connection, lot: str, version: int | None = None) -> list[PlanZone]:

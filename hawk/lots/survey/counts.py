@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, RowMapping, func, select
 
+from hawk.lots.plan.queries import hidden_stalls
 from hawk.lots.rows import is_among
 from hawk.lots.schema import LAYOUT, STALL
 from hawk.lots.survey.observations import STATES, Looks, looks_of
@@ -101,6 +102,8 @@ def _plans(connection: Connection, layouts: Collection[_Layout]) -> dict[_Layout
             key, begins, ends = np.array([(row[1], row[2], _NEVER if row[3] is None else row[3]) for row in stalls]).T
             for version in former[lot]:
                 found[lot, version] = key[(begins <= version) & (ends > version)]
+    if hidden := [*hidden_stalls(connection, {lot for lot, _ in layouts})]:
+        return {of: keys[~np.isin(keys, hidden)] for of, keys in found.items()}
     return found
 
 

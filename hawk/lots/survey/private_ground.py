@@ -11,9 +11,11 @@ import shapely
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.lots.plan.queries import private_zones
+from hawk.lots.plan.values import PRIVATE
 from hawk.lots.registration.frames import Move, frame_of
+from hawk.lots.registration.georeference import ring_on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.schema import SURVEY
+from hawk.lots.schema import LOT, SURVEY, ZONE
 from hawk.lots.survey.section_looks import move_of_survey
 from hawk.model.poses import Ring
 
@@ -38,6 +40,19 @@ def hidden_in(connection: Connection, survey: str) -> tuple[Ring, ...]:
         return ()
     lots = json.loads(row["candidates"]) if row["lot"] is None else [row["lot"]]
     return tuple(ring for lot in lots for ring in _of_lot(connection, row, str(lot)))
+
+
+def private_areas(connection: Connection) -> tuple[shapely.Polygon, ...]:
+    """Return the private ground of every lot that was not merged, (longitude, latitude), as its plan has it."""
+    asked = select(LOT.c.id).where(LOT.c.merged_into.is_(None)).order_by(LOT.c.id)
+    has_some = select(ZONE.c.lot).where(ZONE.c.kind == PRIVATE, ZONE.c.ends.is_(None))
+    lots = connection.execute(asked.where(LOT.c.id.in_(has_some))).scalars()
+    return tuple(
+        shapely.Polygon([(longitude, latitude) for latitude, longitude in ring_on_earth(datum, np.array(ring))])
+        for lot in lots
+        for datum in [datum_of(connection, lot)]
+        for ring in private_zones(connection, lot)
+    )
 
 
 def _of_lot(connection: Connection, row: RowMapping, lot: str) -> tuple[Ring, ...]:

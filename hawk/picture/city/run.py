@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, field, replace
 from pathlib import Path
 
+from shapely import Polygon
+
 from hawk.algo.vision.network import EngineChoice
 from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.lots.survey.source import SourceKind
@@ -45,7 +47,7 @@ class CityWork:
         core_m: Side of a window's core, metres.
         load: Loads the detector; workers import it by its name.
         provenance: Name of the picture, and what a person says of it; None: that of its file.
-        private: A file with areas that nobody may look at: no window and no picture shows them.
+        private: Areas that nobody may look at, (longitude, latitude): no window and no picture shows them.
         hosts: Those that may be asked for the picture, or for what it names.
     """
 
@@ -61,7 +63,7 @@ class CityWork:
     core_m: float = CORE_M
     load: LoadDetector = TileDetector.load
     provenance: Provenance | None = None
-    private: Path | None = None
+    private: tuple[Polygon, ...] = ()
     hosts: Hosts = ()
 
     def check(self) -> None:

@@ -13,12 +13,13 @@ from typing import Final
 
 import cv2
 import numpy as np
+from shapely import Polygon
 
 from hawk.algo.vision.detector import one_thread
 from hawk.algo.vision.network import Engine
 from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.picture.orthophoto.lots import SurveysByLot
-from hawk.picture.orthophoto.outline import LotOutline, read_outline, read_private
+from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.sample import PictureSample
 from hawk.picture.orthophoto.source import Orthophoto, PixelRing, open_orthophoto
 from hawk.picture.orthophoto.survey import Findings, PictureFrame, check_ground, to_survey, without_obstacles
@@ -51,7 +52,7 @@ def start(
     crs: str | None,
     load: Callable[[], TileDetector],
     core_m: float = CORE_M,
-    private: Path | None = None,
+    private: Sequence[Polygon] = (),
     hosts: Hosts = (),
 ) -> MappingPlan:
     """Open a picture and name its windows.
@@ -62,14 +63,14 @@ def start(
         crs: The picture's system of coordinates, where its file does not say it.
         load: Loads the detector.
         core_m: Side of a window's core, metres.
-        private: A file with areas that nobody may look at.
+        private: Areas that nobody may look at, (longitude, latitude).
         hosts: Those that may be asked for it.
 
     Raises:
         PictureError: The picture, the outlines or the network cannot be used; the text has the remedy.
     """
     source = open_orthophoto(path, crs, hosts)
-    if private is not None:
+    if private:
         source = replace(source, private=_private_rings(source, private))
     lots = _near(source, outline)
     detector = load()
@@ -77,9 +78,9 @@ def start(
     return MappingPlan(source, lots, detector, tasks)
 
 
-def _private_rings(source: Orthophoto, path: Path) -> tuple[PixelRing, ...]:
-    """Return the areas of a file in the pixels of a picture; holes are private too. Raises PictureError."""
-    rings = (source.grid.in_picture(np.array(area.exterior.coords)[:, 1::-1]) for area in read_private(path))
+def _private_rings(source: Orthophoto, areas: Sequence[Polygon]) -> tuple[PixelRing, ...]:
+    """Return areas in the pixels of a picture; holes are private too."""
+    rings = (source.grid.in_picture(np.array(area.exterior.coords)[:, 1::-1]) for area in areas)
     return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings if np.isfinite(ring).all())
 
 

@@ -33,6 +33,7 @@ from hawk.algo.vision.network import CELL_PIXELS, Engine, EngineChoice, NetworkM
 from hawk.algo.vision.network_file import VisionModelError, packaged_weights
 from hawk.algo.vision.vehicles import vehicles_of
 from hawk.model.lot_map import StallState
+from hawk.picture.cars import are_shown
 from hawk.picture.values import PictureError, of_model
 
 GROUND_M: Final = 0.10
@@ -46,6 +47,7 @@ _LEAST_SHOWN: Final = 0.5
 _GREY: Final = 127
 """Colour of missing ground, the middle of the network's input."""
 _SURE: Final = 1e-6
+_TAKEN_FROM: Final = 0.5
 Mask = NDArray[np.bool_]
 
 
@@ -199,10 +201,11 @@ def found_in(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: 
 
     ``seen``: 1 for the cells that show ground, None: all do. ``votes``: stalls that the maps vote for, None: not known.
     """
-    stalls = stalls_of(maps, seen, votes)
+    stalls, taken = _stalls_with_states(maps, seen, votes)
     lot, car = maps.lot, maps.car
     if seen is not None:
-        stalls = stalls[decode.sample(seen, decode.sample_points(stalls)).mean(axis=1) >= _LEAST_SHOWN]
+        is_seen = decode.sample(seen, decode.sample_points(stalls)).mean(axis=1) >= _LEAST_SHOWN
+        stalls, taken = stalls[is_seen], taken[is_seen]
         lot, car = lot * seen, car * seen
     share = CELL_M / LOT_M
     probability = cv2.resize(lot, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
@@ -211,7 +214,7 @@ def found_in(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: 
         area &= cv2.resize(seen, area.shape[::-1], interpolation=cv2.INTER_AREA) > 0.5
     return TileDetections(
         corners_of(stalls),
-        decode.occupancy(maps, stalls),
+        taken,
         stalls.score,
         area,
         _suggested(car, stalls),
@@ -235,8 +238,20 @@ def corners_of(boxes: Stalls) -> FloatArray:
 
 def stalls_of(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: Stalls | None = None) -> Stalls:
     """Return the stalls that the maps show, in cells, their rows completed; arguments as in `found_in`."""
+    return _stalls_with_states(maps, seen, votes)[0]
+
+
+def _stalls_with_states(
+    maps: NetworkMaps, seen: NDArray[np.float32] | None, votes: Stalls | None
+) -> tuple[Stalls, FloatArray]:
+    """Return the stalls of `stalls_of`, and the probability (N,) that each is taken."""
     votes = decode.vote(maps, CELL_M, seen) if votes is None else votes
-    return _stalls(complete_rows(finds_of(votes), partial(ground_at, maps, seen=seen)))
+    ground = partial(ground_at, maps, seen=seen)
+    rows = complete_rows(finds_of(votes), ground)
+    stalls = _stalls(rows)
+    taken = decode.occupancy(maps, stalls)
+    shown = are_shown(rows, taken < _TAKEN_FROM, ground)
+    return stalls[shown], taken[shown]
 
 
 def finds_of(stalls: Stalls) -> Finds:

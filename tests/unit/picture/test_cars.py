@@ -1,7 +1,15 @@
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from hawk.algo.rows.lot import NO_ROW, RowStalls
 from hawk.model.lot_map import Counts, OccupancyMap, Stall, StallState
-from hawk.picture.cars import LEAST, suggest_lone_cars
+from hawk.picture.cars import LEAST, LOT_M, are_shown, suggest_lone_cars
+from tests.unit.algo.rows.parking import LENGTH, WIDTH, ground_of
 
 FREE, TAKEN, SUGGESTED = StallState.FREE, StallState.TAKEN, StallState.SUGGESTED
 
@@ -71,3 +79,45 @@ def test_each_group_is_judged_alone() -> None:
 def test_an_empty_map_stays() -> None:
     empty = OccupancyMap()
     assert suggest_lone_cars(empty) is empty
+
+
+def _shown(*rows: tuple[float, int, str]) -> list[bool]:
+    """Return which stalls of rows stay: metres along the stalls, number, and a letter a stall: f free, t taken."""
+    places = [(along, k * WIDTH) for along, _, letters in rows for k in range(len(letters))]
+    numbers = [number for _, number, letters in rows for _ in letters]
+    free = np.array([letter == "f" for _, _, letters in rows for letter in letters])
+    return _shown_at(places, numbers, free)
+
+
+def _shown_at(places: Sequence[tuple[float, float]], numbers: Sequence[int], free: NDArray[np.bool_]) -> list[bool]:
+    centres, ones = np.array(places, float), np.ones(len(places))
+    row = np.array(numbers, np.intp)
+    stalls = RowStalls(centres, 0 * ones, WIDTH * ones, LENGTH * ones, ones, 0 * row, row, 0 * row)
+    return [bool(one) for one in are_shown(stalls, free, ground_of(centres, 0.0, centres[~free]))]
+
+
+@pytest.mark.parametrize("letters", ["t" * (LEAST - 1), "t"])
+def test_cars_that_wait_side_by_side_are_on_no_stall(letters: str) -> None:
+    assert not any(_shown((0.0, 0, letters)))
+    assert not any(_shown((0.0, NO_ROW, letters)))
+
+
+@pytest.mark.parametrize("letters", ["t" * LEAST, "tf", "f"])
+def test_a_long_row_and_a_free_stall_show_themselves(letters: str) -> None:
+    assert all(_shown((0.0, 0, letters)))
+
+
+def test_a_car_in_the_lot_of_a_row_stays_and_one_beyond_it_goes() -> None:
+    row = (0.0, 0, "t" * LEAST)
+    assert all(_shown(row, (LOT_M - 1, NO_ROW, "t")))
+    assert _shown(row, (LOT_M + 1, NO_ROW, "t")) == [True] * LEAST + [False]
+
+
+def test_full_lanes_are_no_stalls_though_many_cars_stand_side_by_side() -> None:
+    lanes = [((LENGTH + 1) * k, k, "t" * LEAST) for k in range(4)]
+    assert not any(_shown(*lanes))
+    assert not any(_shown(*lanes, ((LENGTH + 1) * 4, 4, "ttf")))
+
+
+def test_rows_back_to_back_with_an_aisle_on_both_sides_stay() -> None:
+    assert all(_shown((0.0, 0, "t" * LEAST), (LENGTH, 1, "t" * LEAST), (2 * LENGTH + 7, 2, "ttt")))

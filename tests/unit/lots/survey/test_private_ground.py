@@ -2,24 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from datetime import UTC
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from hawk.exports.records import read_survey
 from hawk.lots import lists
 from hawk.lots.ingest import save
 from hawk.lots.known_lot import private_ground
 from hawk.lots.lists import Asked
-from hawk.lots.plan.queries import private_zones
+from hawk.lots.plan.queries import all_stalls, private_zones
+from hawk.lots.registration.georeference import about
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.pictures import PictureFolder, without
 from hawk.lots.survey.private_ground import ERROR_M, PLACED_M, hidden_in
-from hawk.lots.values import Placed
+from hawk.lots.values import NotFoundError, Placed
 from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.model.lot_map import CELL_M, TILE_CELLS
 from hawk.model.tile_picture import decode_picture
+from hawk.stats.panel import Period, read_panel
 from tests.unit.lots.plan.plans import FAST, Person
 from tests.unit.lots.survey.test_pictures import image_of, tile
 from tests.unit.lots.survey.test_section_looks import KERB, looks, with_cars
@@ -40,8 +44,30 @@ def ann(tmp_path: Path) -> Iterator[Person]:
     store.close()
 
 
-def forbid(person: Person) -> None:
-    person.do("forbid", outline=GARDEN, name="Garden", private=True)
+TWO_STALLS = [[-2.0, -1.0], [-2.0, 3.0], [2.0, 3.0], [2.0, -1.0]]
+"""Over the middles of the first two stalls of the first row."""
+EVER = Period(None, None, UTC, "UTC")
+
+
+def forbid(person: Person, outline: Sequence[Sequence[float]] = GARDEN) -> None:
+    person.do("forbid", outline=outline, name="Garden", private=True)
+
+
+def numbers(person: Person) -> dict[str, int]:
+    """Return how many stalls each reader of states has of the first survey."""
+    survey = survey_id(person)
+    with person.store.reading() as connection:
+        (listed,) = lists.surveys(connection, Asked(), lot_id=person.lot).items
+        (newest,) = lists.lots(connection, Asked()).items
+        assert newest.last_survey is not None
+        return {
+            "file": len(read_survey(connection, survey).stalls),
+            "looks": len(lists.observations(connection, Asked(), survey_id=survey).items),
+            "looks at the lot": len(lists.observations(connection, Asked(), lot_id=person.lot).items),
+            "figures": read_panel(connection, person.lot, EVER).state.shape[1],
+            "survey": listed.free + listed.taken + listed.unknown,
+            "lot": newest.last_survey.free + newest.last_survey.taken + newest.last_survey.unknown,
+        }
 
 
 def survey_id(person: Person, number: int = 1) -> str:
@@ -91,6 +117,39 @@ def test_a_survey_that_may_be_of_several_lots_hides_the_private_ground_of_each(a
     with ann.store.writing() as connection:
         connection.exec_driver_sql("UPDATE survey SET candidates = json_array(lot), lot = NULL, placed = 'undecided'")
         assert len(hidden_in(connection, survey_id(ann))) == 1
+
+
+def test_states_of_earlier_surveys_there_are_neither_shown_nor_counted(ann: Person) -> None:
+    assert set(numbers(ann).values()) == {40}
+    with ann.store.reading() as connection:
+        first = next(each.id for each in all_stalls(connection, ann.lot) if each.key == 1)
+        assert lists.stall(connection, first).state is not None
+    forbid(ann, TWO_STALLS)
+    assert numbers(ann) == dict.fromkeys(numbers(ann), 38)
+    with ann.store.reading() as connection:
+        assert lists.observations(connection, Asked(), stall_id=first).items == []
+        with pytest.raises(NotFoundError, match="read the stalls of the lot again"):
+            lists.stall(connection, first)
+    ann.undo()
+    assert set(numbers(ann).values()) == {40}
+
+
+def test_an_area_that_is_erased_gives_the_states_back_and_no_stall(ann: Person) -> None:
+    forbid(ann, TWO_STALLS)
+    ann.do("allow", zone=ann.plan()["zones"][0]["id"])
+    assert numbers(ann) == dict.fromkeys(numbers(ann), 40)
+
+
+def test_what_a_survey_without_a_place_found_there_is_not_shown(ann: Person) -> None:
+    forbid(ann, TWO_STALLS)
+    with ann.store.writing() as connection:
+        save(connection, later(survey(), 2))
+    with ann.store.reading() as connection:
+        shown = read_survey(connection, survey_id(ann, 2))
+    middle = np.array([stall.place for stall in shown.stalls])
+    assert shown.layout is None
+    assert 30 <= len(shown.stalls) < 38, "wider by the error of a receiver"
+    assert (np.abs(about((DATUM.latitude, DATUM.longitude), middle)[:, :2] - [0.0, 1.0]) > [4.9, 6.9]).any(axis=1).all()
 
 
 def test_a_picture_leaves_the_ground_out_wherever_it_is_read(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,19 @@ import pytest
 import shapely
 
 from hawk.cli import main
+from hawk.lots import lists
+from hawk.lots.lists import Asked
+from hawk.lots.plan.queries import all_stalls
+from hawk.lots.plan.values import shapes_of
+from hawk.lots.storage.database import Database
+from hawk.lots.store import lots_file
 from hawk.picture.city.run import map_orthophoto
 from hawk.picture.orthophoto.outline import read_private
 from hawk.picture.orthophoto.source import open_orthophoto
 from hawk.picture.orthophoto.steps import start
 from hawk.picture.orthophoto.windows import Window, task_name
 from hawk.picture.values import PictureError
+from tests.unit.lots.plan.plans import Person
 from tests.unit.picture.orthophoto.drawn import detector, lot_file
 
 
@@ -40,7 +48,8 @@ def file_of(folder: Path, picture: Path, *boxes: tuple[float, float, float, floa
 
 
 def plan(picture: Path, private: Path | None) -> Any:
-    return start(picture, outline=None, crs=None, load=detector, private=private)
+    areas = () if private is None else read_private(private)
+    return start(picture, outline=None, crs=None, load=detector, private=areas)
 
 
 @pytest.mark.slow
@@ -77,6 +86,37 @@ def test_stalls_there_are_not_counted_and_the_ground_is_not_seen(picture: Path, 
     assert 0 < report["stalls"] < len(whole.survey.stalls)
     assert report["area_seen_m2"] < 0.6 * whole.area_m2
     assert "No picture shows the areas of gardens.geojson, and nothing is counted there." in report["notes"]
+
+
+@pytest.mark.slow
+def test_private_ground_of_the_store_is_left_out_without_a_file(picture: Path, tmp_path: Path) -> None:
+    store = tmp_path / "store"
+
+    def mapped(name: str) -> dict[str, Any]:
+        out = tmp_path / name
+        assert main(["map", str(picture), "--store", str(store), "--out", str(out)]) == 0
+        report: dict[str, Any] = json.loads((out / "report.json").read_text())
+        return report
+
+    whole, database = mapped("whole"), Database(lots_file(store))
+    with database.reading() as connection:
+        (lot,) = lists.lots(connection, Asked()).items
+        places = shapes_of(all_stalls(connection, lot.id))[:, :2]
+    (south, west), (north, _) = places.min(axis=0) - 3, places.max(axis=0) + 3
+    middle = float(np.median(places[:, 1]))
+    person = Person(database, lot.id, now=time.time())
+    person.open()
+    ring = [[south, west], [south, middle], [north, middle], [north, west]]
+    person.do("forbid", outline=ring, name="Garden", private=True)
+    database.close()
+    left = mapped("left")
+    assert 0 < left["stalls"] < 0.6 * whole["stalls"]
+    assert left["area_seen_m2"] < whole["area_seen_m2"] - 100
+    note = "No picture shows the private ground of the store's lots, and nothing is counted there."
+    assert note in left["notes"]
+    assert note not in whole["notes"]
+    resumed = ["map", str(picture), "--out", str(tmp_path / "left"), "--resume"]
+    assert main(resumed) != 0, "without the store its ground would be shown"
 
 
 @pytest.mark.parametrize(("facts", "words"), [({"amenity": "parking"}, "holds parking lots"), ({}, "holds no area")])

@@ -14,6 +14,8 @@ from hawk.model.lot_map import StallState
 from hawk.picture.orthophoto.tile_detector import GROUND_M, TileDetector, at_ground_scale, program_name, states_of
 from hawk.picture.values import PictureError
 from tests.unit.picture.orthophoto.drawn import METRES, detector, lot_picture
+from training.crossings import plan_crossing_site
+from training.scenes import draw_scene
 
 pytestmark = pytest.mark.slow
 
@@ -123,3 +125,13 @@ def test_vehicles_of_a_drawn_lot_are_those_on_its_taken_stalls() -> None:
     apart = np.hypot(*(taken[:, None] - sure[None]).T)
     assert (apart.min(axis=1) < 1.5).mean() > 0.9
     assert (apart.min(axis=0) < 1.5).mean() > 0.8, "some stand beside stalls"
+
+
+def test_cars_that_wait_at_a_crossing_are_on_no_stall() -> None:
+    rng = np.random.default_rng((5252, 8))
+    crossing = draw_scene(rng, 704, plan_site=lambda rng: plan_crossing_site(rng, (0.0, 0.0)))
+    found = detector().detect(crossing.image, METRES)
+    assert len(found.stalls) == 0
+    assert len(found.suggested) > 10
+    assert found.vehicles is not None
+    assert len(found.vehicles) > 10
