@@ -75,10 +75,13 @@ class Placement:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """``score`` in nats; ``pairs`` (K, 2) of stalls, known and found; how many stalls of each lie where both saw."""
+    """``score`` in nats; ``pairs`` (K, 2) of stalls, known and found, ``away`` (K,) metres; how many stalls of each lie
+    where both saw.
+    """
 
     score: float
     pairs: Indices = field(repr=False)
+    away: FloatArray = field(repr=False)
     known_in_view: int
     found_in_view: int
 
@@ -130,7 +133,7 @@ class Likelihood:
         known_alone, found_alone = known_view.copy(), found_view.copy()
         known_alone[pairs[:, 0]] = found_alone[pairs[:, 1]] = False
         score -= self._known_advantage[known_alone].sum() + self._found_advantage[found_alone].sum()
-        return Fit(float(score), pairs, int(known_view.sum()), int(found_view.sum()))
+        return Fit(float(score), pairs, away, int(known_view.sum()), int(found_view.sum()))
 
     def rows_off(self, placement: Placement, pairs: Indices) -> float:
         """Return by how much whole rows lie along themselves off their place, metres: the root of the mean square.

@@ -111,7 +111,9 @@ def registering(known: StallMap, found: StallMap) -> Steps[Registration]:
         yield
         candidates.append(refined(likelihood, place))
     best = max(candidates, key=lambda one: one.fit.score)
-    others = [one for one in candidates if _apart(one.placement, best.placement, found) > _OTHER_M]
+    places = _spread(found)
+    apart = _distances(np.stack([one.placement.of(places) for one in candidates]), best.placement.of(places))
+    others = [one for one, metres in zip(candidates, apart.tolist(), strict=True) if metres > _OTHER_M]
     second = max(others, key=lambda one: one.fit.score, default=None)
     return Registration(best, second, _doubt(likelihood, best, second))
 
@@ -133,10 +135,10 @@ def refined(likelihood: Likelihood, placement: Placement) -> Candidate:
     known, found = likelihood.known.stalls.centres, likelihood.found.stalls.centres
     best = Candidate(placement, likelihood.fit(placement))
     for _ in range(_ROUNDS):
-        pairs, away = likelihood.pairs(placement)
+        pairs = best.fit.pairs
         if len(pairs) < 2:
             break
-        weight = 1 / (1 + (away / DEVIATION_M) ** 2)
+        weight = 1 / (1 + (best.fit.away / DEVIATION_M) ** 2)
         placement = _least_squares(known[pairs[:, 0]], found[pairs[:, 1]], weight, placement.pivot)
         moved = Candidate(placement, likelihood.fit(placement))
         if moved.fit.score <= best.fit.score + 1e-6:
@@ -147,7 +149,7 @@ def refined(likelihood: Likelihood, placement: Placement) -> Candidate:
 
 def _least_squares(known: FloatArray, found: FloatArray, weight: FloatArray, pivot: tuple[float, float]) -> Placement:
     """Return the turn and shift that bring ``found`` (N, 2) onto ``known`` (Kabsch 1976, in the plane)."""
-    from_middle, to_middle = (np.average(places, axis=0, weights=weight) for places in (found, known))
+    from_middle, to_middle = ((places * weight[:, None]).sum(0) / weight.sum() for places in (found, known))
     a, b = found - from_middle, known - to_middle
     turn = math.atan2(float(weight @ (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])), float(weight @ (a * b).sum(1)))
     turn = float(np.clip(turn, -REACH_RAD, REACH_RAD))
@@ -164,10 +166,14 @@ def _candidates(likelihood: Likelihood) -> Steps[list[Candidate]]:
         yield
     peaks.sort(key=lambda peak: -peak[0])
     candidates: list[Candidate] = []
+    places = _spread(likelihood.found)
+    taken = np.empty((_REFINED, *places.shape))
     for _, placement in peaks:
-        if any(_apart(placement, taken.placement, likelihood.found) < DEVIATION_M for taken in candidates):
+        if (_distances(taken[: len(candidates)], placement.of(places)) < DEVIATION_M).any():
             continue
-        candidates.append(refined(likelihood, placement))
+        one = refined(likelihood, placement)
+        taken[len(candidates)] = one.placement.of(places)
+        candidates.append(one)
         if len(candidates) == _REFINED:
             break
         yield
@@ -235,7 +241,12 @@ def _is_within_reach(placement: Placement) -> bool:
     return math.hypot(*placement.shift) <= REACH_M + DEVIATION_M and abs(placement.turn) <= REACH_RAD
 
 
-def _apart(first: Placement, second: Placement, found: StallMap) -> float:
-    """Return the mean distance between the stalls of ``found`` at two placements."""
-    places = found.stalls.centres[:: max(1, len(found.stalls) // 100)]
-    return float(np.hypot(*(first.of(places) - second.of(places)).T).mean())
+def _spread(found: StallMap) -> FloatArray:
+    """Return the centres (N, 2) of some hundred of the stalls."""
+    return found.stalls.centres[:: max(1, len(found.stalls) // 100)]
+
+
+def _distances(many: FloatArray, one: FloatArray) -> FloatArray:
+    """Return the mean distances (K,) of the same places at K placements (K, N, 2) and at one (N, 2)."""
+    off = many - one
+    return np.asarray(np.hypot(off[..., 0], off[..., 1]).mean(axis=1))

@@ -340,8 +340,10 @@ class Paint:
         patchy += 1
         np.clip(patchy, 0.1, 1.15, out=patchy)
         for number, mask in sorted(self._masks.items()):
-            alpha = np.minimum(mask.astype(np.float32) * (patchy / 255), 1)[..., None]
-            self._canvas.image += (np.asarray(palette[number], np.float32) - self._canvas.image) * alpha
+            painted = mask > 0  # a few hundredths of the picture
+            alpha = np.minimum(mask[painted].astype(np.float32) * (patchy[painted] / 255), 1)[:, None]
+            below = self._canvas.image[painted]
+            self._canvas.image[painted] = below + (np.asarray(palette[number], np.float32) - below) * alpha
 
 
 def _narrowed(quads: Points, by: float) -> Points:

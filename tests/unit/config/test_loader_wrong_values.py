@@ -4,6 +4,7 @@ message names what is wrong."""
 from __future__ import annotations
 
 import argparse
+import functools
 import types
 import typing
 from collections.abc import Callable, Iterator
@@ -459,7 +460,14 @@ def status(work: Callable[[list[str]], int], given: list[str]) -> int:
 
 
 @pytest.fixture
-def nothing_starts(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
+def one_parser(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Make the parsers of all commands once: for each of a thousand values they took most of the time."""
+    for commands in (hawk.cli, hawk.sim.cli):
+        monkeypatch.setattr(commands, "make_parser", functools.cache(commands.make_parser))
+
+
+@pytest.fixture
+def nothing_starts(one_parser: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Path:
     def started(*_: object) -> None:
         raise AssertionError("something was started")
 
@@ -530,6 +538,7 @@ PHOTOS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
 }
 
 
+@pytest.mark.usefixtures("one_parser")
 @pytest.mark.slow
 @sweep(
     "name, beside, value",
@@ -544,6 +553,7 @@ def test_hawk_sim_photos_refuses_them_before_it_draws(
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.usefixtures("one_parser")
 @pytest.mark.slow
 @sweep(
     "name, beside, value",

@@ -24,6 +24,7 @@ from hawk.lots.training_set import read_lesson
 from hawk.lots.values import LotStoreError
 from hawk.stats.period import period_of
 from hawk.stats.queries import stalls_use, statistics, surveys_use
+from tests.examples import nightly
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import NOW
 from tests.unit.lots.surveys import BEGAN
@@ -39,6 +40,7 @@ WRONG = {
     "a corner that is no number": '{"polygons": [[[NaN, 5.0], [52.0, 5.0], [52.0, 5.1]]], "holes": []}',
     "a corner beyond the Earth": '{"polygons": [[[1e300, 5.0], [52.0, 5.0], [52.0, 5.1]]], "holes": []}',
 }
+OUTLINED = ("lot", "survey", "zone")
 AROUND, PERIOD = Box(4.9, 51.9, 5.1, 52.1), period_of(None, None, "UTC")
 Door = Callable[[Connection, Stored], object]
 DOORS: dict[str, Door] = {
@@ -105,14 +107,22 @@ def answers(stored: Stored) -> dict[str, object]:
     "an outline of a lot, survey or zone in the store of lots is damaged",
     "its ground is passed over, and the log says it; every list, file and figure is given; no change writes over it",
 )
-@pytest.mark.parametrize(("table", "column"), [("lot", "outline"), ("survey", "outline"), ("zone", "outline")])
+@pytest.mark.parametrize(
+    ("tables", "wrong"),
+    [
+        *(((table,), ("cut",)) for table in OUTLINED),
+        (OUTLINED, tuple(WRONG)),
+        *nightly(*(((table,), tuple(WRONG)) for table in OUTLINED)),
+    ],
+)
 def test_every_front_door_answers_over_a_damaged_outline(
-    zoned: Stored, table: str, column: str, caplog: pytest.LogCaptureFixture
+    zoned: Stored, tables: tuple[str, ...], wrong: tuple[str, ...], caplog: pytest.LogCaptureFixture
 ) -> None:
     assert answers(zoned) == {}
-    for name, text in WRONG.items():
+    for name in wrong:
         caplog.clear()
-        damage(zoned, table, column, text)
+        for table in tables:
+            damage(zoned, table, "outline", WRONG[name])
         assert answers(zoned) == {}, name
         assert "an outline in the store of lots is damaged" in caplog.text, name
 

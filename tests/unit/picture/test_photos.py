@@ -77,7 +77,7 @@ def torn(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def work(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Results of each step: a second map of the folder is made of them."""
+    """Results of each step: a second map of the folder is made of them, and features of its pictures are found once."""
     return tmp_path_factory.mktemp("work")
 
 
@@ -189,20 +189,20 @@ def test_a_flight_across_the_180th_meridian_lies_about_it(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path) -> None:
+def test_pictures_so_coarse_that_no_stall_shows_are_refused(folder: Path, work: Path) -> None:
     shots = [dataclasses.replace(shot, height=400.0) for shot in read_folder(folder).shots[:1]]
     with pytest.raises(PictureError, match=r"yard: a pixel covers .* fly lower"):
-        survey_shots(YARD, ShotSet(tuple(shots)), Files())
+        survey_shots(YARD, ShotSet(tuple(shots)), Files(), work=work)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("said_m", [112.0, *(pytest.param(said, marks=pytest.mark.nightly) for said in (56.0, None))])
 def test_a_height_that_the_pictures_contradict_or_none_is_asked_about_with_the_one_that_fits(
-    folder: Path, said_m: float | None
+    folder: Path, work: Path, said_m: float | None
 ) -> None:
     shots = [dataclasses.replace(shot, height=said_m) for shot in read_folder(folder).shots[:6]]
     with pytest.raises(PictureError, match=r"yard: .*places say (7[6-9]|8[0-4]) m.*--height (7[6-9]|8[0-4]) would fit"):
-        survey_shots(YARD, ShotSet(tuple(shots)), Files())
+        survey_shots(YARD, ShotSet(tuple(shots)), Files(), work=work)
 
 
 @pytest.mark.slow

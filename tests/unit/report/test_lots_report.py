@@ -90,7 +90,7 @@ def made(tmp_path_factory: pytest.TempPathFactory, street: Person) -> City:
         ids = {each.name: each.id for each in lists.lots(connection, lists.Asked()).items}
     store.close()
     assert sorted(ids) == NAMES
-    shutil.copy(next(Path(str(tmp_path_factory.getbasetemp())).glob("street*/lots.db")), folder / "lots.db")
+    shutil.copy(store.path, folder / "lots.db")
     return City(folder, ids)
 
 

@@ -15,7 +15,8 @@ from tests.examples import nightly
 from tests.unit.algo.synthetic import SyntheticVision, Truth, frame_at, pose_at, rows_lot
 
 SHIFT, TURN = np.array([1.2, -0.9]), math.radians(1.0)
-PASS = np.arange(-30, 31, 1.0)
+PASS = np.arange(-30, 31, 1.5)
+SLOWLY = np.arange(-30, 31, 1.0)
 NOISE = {"noise_m": 0.15, "miss": 0.1, "state_error": 0.05}
 
 
@@ -93,9 +94,9 @@ def test_the_pictures_show_the_state_of_each(flown: OccupancyMap) -> None:
 @pytest.mark.nightly
 def test_the_shape_of_the_plan_stays() -> None:
     flight = Flight(TRUTH, plan_of(TRUTH.stalls), noise_m=0.4, miss=0.3)
-    flight.fly([*PASS, *PASS[::-1]])
-    before = of_plan(flight.fly())
-    after = of_plan(flight.fly(PASS[::-1]))
+    flight.fly([*SLOWLY, *SLOWLY[::-1]])
+    before = of_plan(flight.fly(SLOWLY))
+    after = of_plan(flight.fly(SLOWLY[::-1]))
     assert len(after) == len(TRUTH.stalls)
     assert {k: (s.north, s.east, s.angle) for k, s in before.items()} == {
         k: (s.north, s.east, s.angle) for k, s in after.items()
@@ -109,8 +110,8 @@ def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_read()
     hidden = 25
     seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))
     flight = Flight(seen, plan_of(TRUTH.stalls), **NOISE)
-    flight.fly()
-    found = of_plan(flight.fly(PASS[::-1]))
+    flight.fly(SLOWLY)
+    found = of_plan(flight.fly(SLOWLY[::-1]))
     assert len(found) == len(TRUTH.stalls)
     assert found[hidden].state is StallState.FREE
     assert found[hidden].score < 0.3
@@ -154,8 +155,8 @@ def test_a_find_alone_beyond_the_plan_is_proposed_and_a_new_part_of_the_lot_coun
 def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
     known = np.vstack([TRUTH.stalls, TRUTH.stalls[5:6] + np.array([-7.5, 0, 0, 0, 0])])
     flight = Flight(TRUTH, plan_of(known, confirmed=False), **NOISE)
-    flight.fly()
-    shown = flight.fly(PASS[::-1])
+    flight.fly(SLOWLY)
+    shown = flight.fly(SLOWLY[::-1])
     assert shown.counts.total == len(TRUTH.stalls)
     assert not of_plan(shown)
 
@@ -251,8 +252,8 @@ def test_a_stall_that_the_flight_has_ended_does_not_come_back_with_the_plan_of_t
     )
     first = plan_of(np.vstack([TRUTH.stalls, phantom]), confirmed=False)
     flight = Flight(both, first, moved_lot(plan_of(TRUTH.stalls + away, confirmed=False), 0.0), **NOISE)
-    flight.fly(PASS)
-    flight.fly(PASS[::-1])
+    flight.fly(SLOWLY)
+    flight.fly(SLOWLY[::-1])
 
     def at_phantom() -> int:
         stalls = flight.mapper.get_occupancy_map().stalls.values()

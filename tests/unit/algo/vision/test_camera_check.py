@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.camera_check import CameraCheck, Evidence, Pair, View
 from hawk.algo.vision.odometry import Motion, expected_motion, find_features, measured_motion
+from hawk.algo.vision.rectify import scaled_camera
 from hawk.model.operation import Health, StateName
 from hawk.model.plans import HeightParameters
 from hawk.model.poses import MapPose
@@ -27,9 +28,10 @@ from hawk.worlds.world import World
 from tests.drawn_worlds import drawn_world
 from tests.examples import nightly
 
-CAMERA = default_intrinsics()
+CAMERA = scaled_camera(default_intrinsics(), 960, 540)
+"""The check makes pictures of 320 pixels; drawing them costs most of these tests."""
 Picture = NDArray[np.uint8]
-grain = np.random.default_rng(8).integers(0, 255, (720, 1280, 3), np.uint8)
+grain = np.random.default_rng(8).integers(0, 255, (540, 960, 3), np.uint8)
 
 
 CAMERAS: dict[int, WorldCamera] = {}
@@ -136,7 +138,7 @@ def test_a_camera_that_looks_above_the_horizon_has_no_expectation(pitch_deg: flo
 
 
 def test_a_picture_without_any_feature_has_no_motion() -> None:
-    blank = find_features(np.full((720, 1280, 3), 90, np.uint8), CAMERA)
+    blank = find_features(np.full((540, 960, 3), 90, np.uint8), CAMERA)
     assert measured_motion(blank, blank) is None
 
 
@@ -293,7 +295,7 @@ def test_a_frozen_picture_with_a_running_clock_in_it_is_found_by_its_motion(worl
     def clock(picture: Picture) -> Picture:
         frozen.append(picture)
         text = f"12:00:{next(count):02d}"
-        return np.asarray(cv2.putText(frozen[0].copy(), text, (30, 60), 0, 2, (255, 255, 255), 3), np.uint8)
+        return np.asarray(cv2.putText(frozen[0].copy(), text, (15, 30), 0, 1, (255, 255, 255), 2), np.uint8)
 
     _, healths = Flight(world, change=clock).check(straight(20))
     assert "stands still" in healths[-1].reason

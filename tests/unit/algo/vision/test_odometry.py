@@ -12,6 +12,7 @@ import pytest
 
 from hawk.algo.frame import FrameInput
 from hawk.algo.vision.odometry import LONGEST_S, Odometry
+from hawk.algo.vision.rectify import scaled_camera
 from hawk.model.operation import StateName
 from hawk.model.pictures import GroundStep
 from hawk.model.plans import HeightParameters
@@ -22,7 +23,8 @@ from hawk.worlds.world import World
 from tests.drawn_worlds import drawn_world
 from tests.examples import nightly
 
-CAMERA = default_intrinsics()
+CAMERA = scaled_camera(default_intrinsics(), 640, 360)
+"""Odometry makes pictures of 320 pixels; drawing them costs most of these tests."""
 STILL = MapPose(0.0, 0.0, 25.0, 0.0, 0.0, 0.0)
 STEP_S = 0.4
 

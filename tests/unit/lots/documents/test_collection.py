@@ -78,7 +78,7 @@ def test_all_documents_make_the_tables_of_the_drone(drone: Drone, centre: Databa
     "the tables are the same as of all of them in their order",
 )
 @settings(
-    max_examples=examples(60),
+    max_examples=examples(36),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],

@@ -155,7 +155,7 @@ def plans(where: Drone) -> dict[str, tuple[str, Any]]:
     "all three stores have the desk's plans in the end, and no look is lost",
 )
 @settings(
-    max_examples=examples(25),
+    max_examples=examples(16),
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
