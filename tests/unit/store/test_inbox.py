@@ -146,8 +146,8 @@ def test_a_link_leads_nowhere(folder: InboxFolder, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["", " ", "..", ".", "../a.jpg", "a/b", "a\\b", ".hidden", "a\0b", "a\nb", "\ud800", "done", "DONE", "Mapping", "failed",
-     "a.part", "a.JPG.tmp", "a~", "ä" * 101],
+    ["", " ", "..", ".", "../a.jpg", "a/b", "a\\b", ".hidden", "a\0b", "a\nb", "\ud800", "done", "DONE", "Mapping",
+     "failed", "a.part", "a.JPG.tmp", "a~", "ä" * 101],
 )  # fmt: skip
 def test_a_name_that_is_none(name: str) -> None:
     assert name_fault(name)
