@@ -45,7 +45,8 @@ def counted(result: Result, place: Place) -> Counted:
     found = result.finding.stalls
     out = finds_of_cut(found, truth.stalls, cut)
     finding = Finding(found[~out], np.asarray(result.finding.states, object)[~out])
-    return Counted(replace(result, finding=finding, taken=result.taken[~out]), without(truth, cut), cut)
+    score = result.score[~out] if len(result.score) else result.score
+    return Counted(replace(result, finding=finding, taken=result.taken[~out], score=score), without(truth, cut), cut)
 
 
 def finds_of_cut(found: FloatArray, labels: FloatArray, cut: NDArray[np.bool_]) -> NDArray[np.bool_]:

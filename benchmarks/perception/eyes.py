@@ -26,7 +26,8 @@ SLIVER_M2 = 2.0
 class Result:
     """Findings in a place: stalls in metres from its upper left corner (x right, y down), the probability (N,) that
     each is taken, and the lot as a mask whose cells are ``lot_m`` metres a side. ``suggested`` are quads (M, 4, 2)
-    about the cars that stand where nothing was found, as the mapper would suggest them after several passes.
+    about the cars that stand where nothing was found, as the mapper would suggest them after several passes. ``score``
+    (N,): the probability that each is a stall, empty where it is not known.
     """
 
     finding: Finding
@@ -34,6 +35,7 @@ class Result:
     lot: NDArray[np.bool_] = field(repr=False)
     lot_m: float = LOT_M
     suggested: FloatArray = field(default_factory=lambda: np.zeros((0, 4, 2)), repr=False)
+    score: FloatArray = field(default_factory=lambda: np.zeros(0), repr=False)
 
 
 class Eye(Protocol):
@@ -58,7 +60,7 @@ class NetworkEye:
         taken = found.taken[is_shown]
         states = [StallState.FREE if p < 0.5 else StallState.TAKEN for p in taken.tolist()]
         finding = Finding(metres / scale, state_array(states))
-        return Result(finding, taken, found.lot, LOT_M / scale, found.suggested / scale)
+        return Result(finding, taken, found.lot, LOT_M / scale, found.suggested / scale, found.score[is_shown])
 
 
 def boxes_of_maps(maps: NetworkMaps) -> tuple[Rectangles, FloatArray]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.perception.boxes import Boxes
+from benchmarks.perception.doubts import unsure_rank
 from benchmarks.perception.edges import Counted, counted
 from benchmarks.perception.eyes import Eye, Result
 from benchmarks.perception.places import Place
@@ -100,6 +101,7 @@ def pooled(looked: Sequence[Looked]) -> dict[str, float]:
         "labels_cut": float(sum(int(one.kept.cut.sum()) for one in looked)),
         **_places_off(looked),
         **_suggestions(looked, total),
+        **unsure_rank(looked),
     }
 
 

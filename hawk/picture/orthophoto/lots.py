@@ -120,7 +120,7 @@ class SurveysByLot:
         places = lot.facts.capacity or ground.area / AREA_OF_PLACE_M2
         vehicles = _counted(landed.current.vehicles, unseen * places)
         mapped = replace(mapped, survey=record, landed=landed)
-        return LotSurvey(lot.facts, mapped, unseen, unsure_of(stalls), doubts, vehicles)
+        return LotSurvey(lot.facts, mapped, unseen, unsure_of(stalls.score, stalls.taken), doubts, vehicles)
 
     def _doubts(
         self, number: int, mapped: PictureSurvey, stalls: Stalls, unseen: float, beside: float, *, is_left_out: bool
@@ -163,14 +163,15 @@ def _counted(vehicles: Mapping[int, MapVehicle] | None, unseen: float) -> tuple[
     return len(vehicles), min(least, len(vehicles)), max(most, len(vehicles))
 
 
-def unsure_of(stalls: Stalls) -> float | None:
+def unsure_of(score: FloatArray, taken: FloatArray) -> float | None:
     """Return the mean chance, by the network's own probabilities, that a stall is none or has another state.
 
-    Ground unlike all that training saw may be judged wrong and surely: a small figure is no proof. None without stalls.
+    ``score`` and ``taken`` (N,) as of `TileDetections`. Ground unlike all that training saw may be judged wrong and
+    surely: a small figure is no proof. None without stalls.
     """
-    if not len(stalls):
+    if not len(score):
         return None
-    right = stalls.score * np.maximum(stalls.taken, 1 - stalls.taken)
+    right = score * np.maximum(taken, 1 - taken)
     return float(1 - right.mean())
 
 

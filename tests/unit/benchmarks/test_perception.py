@@ -185,3 +185,40 @@ def test_coarser_places_stand_beside_those_as_they_are(tmp_path: Path, monkeypat
     by_key = {figure.key: figure for section in found for figure in section.figures}
     assert by_key["lots_at_20_cm_recall"].value == by_key["lots_recall"].value == 0.0
     assert by_key["lots_at_20_cm_recall"].reference is not None
+
+
+class Doubtful:
+    """Finds rows of which it misses the more stalls the less sure it is of those that it finds; or the reverse."""
+
+    def __init__(self, *, is_honest: bool) -> None:
+        self._is_honest = is_honest
+
+    def look(self, image: NDArray[np.uint8], metres_per_pixel: float, *, scale: float = 1.0) -> Result:
+        del scale, metres_per_pixel
+        missed = int(image[0, 0, 0])
+        stalls = TEN[missed:]
+        doubt = missed if self._is_honest else 8 - missed
+        ones = np.ones(len(stalls))
+        finding = Finding(stalls, state_array([StallState.FREE] * len(stalls)))
+        return Result(finding, 0 * ones, np.ones((50, 75), np.bool_), score=ones - 0.1 * doubt)
+
+
+TEN = np.array([[[2 + 3 * k, 5], [4.5 + 3 * k, 5], [4.5 + 3 * k, 10], [2 + 3 * k, 10]] for k in range(10)], float)
+
+
+def row_with(missed: int) -> Place:
+    """Return a row of ten free stalls of which `Doubtful` misses some."""
+    truth = LabelledPlace(TEN, state_array([StallState.FREE] * 10), (LOT,))
+    return Place(f"row {missed}", np.full((200, 400, 3), missed, np.uint8), 0.1, truth)
+
+
+@pytest.mark.parametrize(("is_honest", "rank"), [(True, 1.0), (False, -1.0)])
+def test_doubt_is_judged_by_the_errors_of_the_squares(is_honest: bool, rank: float) -> None:
+    found = measure(Doubtful(is_honest=is_honest), [row_with(missed) for missed in range(8)])
+    assert found["unsure_squares"] == 8
+    assert found["unsure_rank"] == pytest.approx(rank)
+    assert found["unsure_rank_least"] == pytest.approx(rank)
+
+
+def test_an_eye_that_says_no_score_has_no_doubt_to_judge() -> None:
+    assert "unsure_rank" not in measure(Oracle(ROW, np.array([0.1, 0.9] * 3)), [place()] * 8)
