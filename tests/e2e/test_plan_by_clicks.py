@@ -187,6 +187,7 @@ async def test_a_plan_is_corrected_by_mouse_and_keys(
     assert not errors
 
 
+@pytest.mark.nightly
 async def test_many_quick_clicks_over_2100_stalls_are_all_done(browser: Browser, fake: Any, tmp_path: Path) -> None:
     """Twenty are removed as fast as keys can be pressed, some brought back and moved: the store has them all."""
     _, address = await fake("still", "--stalls", "2100", "--lots", str(tmp_path / "lots.db"))
@@ -215,7 +216,7 @@ async def test_many_quick_clicks_over_2100_stalls_are_all_done(browser: Browser,
     assert {label for label in after if after[label] != before[label]} == set(back)
     for label in back:
         assert after[label]["north"] - before[label]["north"] == pytest.approx(0.2, abs=1e-4)
-    assert not [each for each in errors if "503" not in each], "a store that is busy is asked again"
+    assert not errors
 
 
 async def test_a_second_person_sees_who_edits_and_takes_over(browser: Browser, fake: Any, tmp_path: Path) -> None:
