@@ -16,7 +16,8 @@ REAL := $(PYTEST) --dist loadscope --no-loadscope-reorder
 UNIT := $(REAL) --numprocesses 3 tests/unit
 FAST := -m 'not flight and not slow and not nightly'
 COVERED := -m 'not flight and not nightly'
-BY_DAY := -m 'not nightly'
+SHARING := 'not alone and not nightly'
+ALONE := 'alone and not nightly'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
 # safety (proving/mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
@@ -24,7 +25,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz chaos webhook-kills lint fast unit nightly coverage mutants flights integration contract programs flights-and-clicks e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz chaos webhook-kills lint fast unit nightly coverage mutants flights integration contract programs programs-that-share e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -111,22 +112,26 @@ flights: $(STAMP)
 	$(UNIT) -m 'flight and not nightly' $(ARGS)
 
 integration: $(STAMP)
-	$(REAL) --numprocesses 4 $(BY_DAY) tests/integration $(ARGS)
+	$(REAL) --numprocesses 4 -m $(SHARING) tests/integration $(ARGS)
+	$(PYTEST) -m $(ALONE) tests/integration $(ARGS)
 
 # The contract with MAVSDK and ArduCopter. It waits more than it works: a hawk-sim for each module. A real vehicle, one
 # test after the other: make contract ARGS="--autopilot udpin://127.0.0.1:14550"
 contract: $(STAMP)
 	$(if $(findstring --autopilot,$(ARGS)),$(PYTEST),$(REAL) --numprocesses 4) tests/contract $(ARGS)
 
-# All programs and browsers. While one waits, another one works; the contract waits for most of its time.
+# All programs and browsers. While one waits, another one works; the contract waits for most of its time. Flights that see
+# follow, two at a time.
 programs: setup browser
-	$(MAKE) --jobs 2 --output-sync flights-and-clicks contract
+	$(MAKE) --jobs 2 --output-sync programs-that-share contract
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/e2e tests/integration $(ARGS)
 
-flights-and-clicks: setup browser
-	$(REAL) --numprocesses 4 $(BY_DAY) tests/e2e tests/integration $(ARGS)
+programs-that-share: setup browser
+	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration $(ARGS)
 
 e2e: setup browser
-	$(REAL) --numprocesses 4 $(BY_DAY) tests/e2e $(ARGS)
+	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/e2e $(ARGS)
 
 # Every fault on the real programs: 45 minutes, on a quiet machine. What was measured is kept in docs/results/faults.json
 # and docs/faults.md; `python -m proving.faults --table` prints it beside what must be seen.

@@ -59,6 +59,7 @@ async def watch_again(page: Page, screenshots: Path) -> None:
     assert await page.evaluate(RUN_AXE) == []
 
 
+@pytest.mark.alone
 async def test_a_flight_is_watched_again_where_it_was_flown(
     stack: SimulatedStack, browser: Browser, screenshots: Path
 ) -> None:

@@ -11,7 +11,7 @@ from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import confirm, new_page, press, shows, visible
 from tests.e2e.watching import watch
 
-pytestmark = [pytest.mark.e2e, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="session")]
+pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="session")]
 
 
 async def test_a_whole_survey_is_flown_with_clicks_only_and_flown_again(

@@ -29,7 +29,7 @@ from hawk.survey.truth import GroundTruth
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 from tests.pace import speed_here
 
-pytestmark = [pytest.mark.integration, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]

@@ -42,7 +42,7 @@ from tests.integration.daemon_support import (
 )
 from tests.pace import speed_here
 
-pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
 SETTINGS = """
 [heights]

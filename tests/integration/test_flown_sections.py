@@ -33,7 +33,7 @@ from tests.integration.daemon_support import PatientStack, operator, write_setti
 from tests.integration.sim_support import get_json
 from tests.integration.test_known_lot import CAMERA_HZ, DATUM, SETTINGS, SPEED
 
-pytestmark = [pytest.mark.integration, pytest.mark.nightly]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 
 
 def store_street(path: Path, truth: Mapping[str, Any]) -> tuple[shapely.Polygon, int]:

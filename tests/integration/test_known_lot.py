@@ -33,7 +33,7 @@ from tests.pace import speed_here
 
 Stored = list[Mapping[str, Any]]
 """Items of the API."""
-pytestmark = [pytest.mark.integration, pytest.mark.nightly]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 
 SETTINGS = """
 [heights]

@@ -17,7 +17,7 @@ from hawk.model.poses import GlobalPose
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, kill_daemon, operator, over_a_picture, until_journalled
 
-pytestmark = [pytest.mark.integration, pytest.mark.nightly, pytest.mark.asyncio]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly, pytest.mark.asyncio]
 
 SETTINGS = """
 [heights]

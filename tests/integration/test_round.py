@@ -22,7 +22,7 @@ from tests.integration.sim_support import get_json
 from tests.integration.test_known_lot import BIAS, CAMERA_HZ, SETTINGS, SPEED, store_plan
 from tests.pace import PATIENCE_S
 
-pytestmark = [pytest.mark.integration, pytest.mark.nightly]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.nightly]
 NAMES = ("North", "South")
 LOW_PERCENT = 21.0
 """Charge at which the drone returns at once."""

@@ -17,7 +17,7 @@ from tests.integration.sim_support import get_json
 from tests.integration.test_known_lot import BIAS, CAMERA_HZ, SETTINGS, SPEED, store_plan
 from tests.pace import PATIENCE_S
 
-pytestmark = [pytest.mark.integration]
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 
 @pytest.mark.nightly
