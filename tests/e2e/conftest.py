@@ -14,6 +14,7 @@ from playwright.async_api import Browser, async_playwright
 
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
+from tests.integration.daemon_support import PatientStack
 from tests.pace import PATIENCE_S, speed_here
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
@@ -65,7 +66,7 @@ async def browser(one_browser: Browser) -> AsyncIterator[Browser]:
 @pytest_asyncio.fixture(loop_scope="session")
 async def stack(tmp_path: Path) -> AsyncIterator[SimulatedStack]:
     """A daemon that flies the default world; `start` is the test's own business."""
-    made = SimulatedStack(SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ), tmp_path / "run", None, None)
+    made = PatientStack(SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ), tmp_path / "run", None, None)
     yield made
     await made.stop()
 
