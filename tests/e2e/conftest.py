@@ -14,17 +14,23 @@ from playwright.async_api import Browser, async_playwright
 
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
+from tests.integration.daemon_support import PatientStack
 from tests.pace import PATIENCE_S, speed_here
 
 CHROMIUM = shutil.which("chromium") or "/usr/bin/chromium"
+SWITCHED_OFF = "WebUIOmniboxPopup,WebUIOmniboxAimPopup"
+"""Two pages that Chromium loads for the address bar of each new window: 0.75 s of a processor, and nobody sees them."""
 LAUNCHER = f"""#!{sys.executable}
 import os, sys
 from hawk.runtime.process import SIMULATOR_NICENESS, set_session_niceness
 set_session_niceness(SIMULATOR_NICENESS)
-os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *sys.argv[1:]])
+off = {SWITCHED_OFF!r}
+given = [each + "," + off if each.startswith("--disable-features=") else each for each in sys.argv[1:]]
+os.execv({CHROMIUM!r}, [{CHROMIUM!r}, *given])
 """
 """Puts the browser where the simulator is: the operator's computer, too, is another one, which the daemon does not slow
-down. Without this vision goes before the browser where the daemon's session goes before others, and clicks take 4 s."""
+down. Without this vision goes before the browser where the daemon's session goes before others, and clicks take 4 s.
+Of a switch that is given twice Chromium hears the last one: `SWITCHED_OFF` is added to what Playwright switches off."""
 SPEED = speed_here(3.0)
 CAMERA_HZ = 5.0
 """Pictures in a simulated second: vision keeps up with them, beside a browser."""
@@ -60,7 +66,7 @@ async def browser(one_browser: Browser) -> AsyncIterator[Browser]:
 @pytest_asyncio.fixture(loop_scope="session")
 async def stack(tmp_path: Path) -> AsyncIterator[SimulatedStack]:
     """A daemon that flies the default world; `start` is the test's own business."""
-    made = SimulatedStack(SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ), tmp_path / "run", None, None)
+    made = PatientStack(SimulationOptions(seed=1, speed=SPEED, camera_rate=CAMERA_HZ), tmp_path / "run", None, None)
     yield made
     await made.stop()
 

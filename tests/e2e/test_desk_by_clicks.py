@@ -29,15 +29,22 @@ from tests.unit.replay.recordings import flight, write
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def address(tmp_path: Path) -> AsyncIterator[str]:
-    """A desk that serves a store of one lot with a picture."""
-    store = Database(tmp_path / FILE)
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a store of one lot with a picture."""
+    made = tmp_path_factory.mktemp("desk")
+    store = Database(made / FILE)
     with store.writing() as connection:
         saved = save(connection, survey())
     store.close()
-    pictures_of(tmp_path / FILE).write(saved.survey, mosaic())
-    async with desk_of(tmp_path) as address:
+    pictures_of(made / FILE).write(saved.survey, mosaic())
+    return made
+
+
+@pytest_asyncio.fixture(loop_scope="session", scope="module")
+async def address(folder: Path) -> AsyncIterator[str]:
+    """A desk that serves it to all tests here: none of them reads what another one changes."""
+    async with desk_of(folder) as address:
         yield address
 
 
@@ -90,9 +97,11 @@ async def test_lots_show_the_survey_over_its_picture(browser: Browser, address: 
     assert not errors
 
 
-async def test_recordings_of_its_folder_are_seen_and_downloaded(browser: Browser, address: str, tmp_path: Path) -> None:
-    (tmp_path / "recordings").mkdir()
-    recorded = write(tmp_path / "recordings" / "20260504T000000Z.mcap", flight())
+async def test_recordings_of_its_folder_are_seen_and_downloaded(
+    browser: Browser, address: str, folder: Path, tmp_path: Path
+) -> None:
+    (folder / "recordings").mkdir()
+    recorded = write(folder / "recordings" / "20260504T000000Z.mcap", flight())
     page = await new_page(browser, viewport={"width": 1440, "height": 900})
     errors = watch(page)
     await page.goto(f"{address}#/recordings")

@@ -29,10 +29,9 @@ FLOWN = ((0, 4), (2, 12), (4, 8), (24, 5), (26, 14), (28, 9))
 """Hours after that, and the number of taken stalls."""
 
 
-@pytest_asyncio.fixture(loop_scope="session")
-async def address(tmp_path: Path) -> AsyncIterator[str]:
-    """A desk that serves a store of one lot with six surveys."""
-    store = Database(tmp_path / FILE)
+def fill(folder: Path) -> None:
+    """Write a store of one lot with six surveys."""
+    store = Database(folder / FILE)
     for number, (hours, taken) in enumerate(FLOWN):
         one = seen(dict.fromkeys(range(1, taken + 1), StallState.TAKEN))
         at = BEGAN + 3600 * hours
@@ -40,6 +39,21 @@ async def address(tmp_path: Path) -> AsyncIterator[str]:
         with store.writing() as connection:
             save(connection, replace(one, name=f"{number:06d}-X", began=at - 600, ended=at, stalls=stalls), register)
     store.close()
+
+
+@pytest_asyncio.fixture(loop_scope="session", scope="module")
+async def shared(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[str]:
+    """A desk that serves it to tests that change nothing, or take their change back."""
+    folder = tmp_path_factory.mktemp("desk")
+    fill(folder)
+    async with desk_of(folder) as address:
+        yield address
+
+
+@pytest_asyncio.fixture(loop_scope="session")
+async def own(tmp_path: Path) -> AsyncIterator[str]:
+    """A desk that serves it to one test."""
+    fill(tmp_path)
     async with desk_of(tmp_path) as address:
         yield address
 
@@ -77,8 +91,8 @@ async def view(page: Page, name: str, part: str = "") -> None:
         await page.get_by_role("navigation").get_by_role("button", name=part, exact=True).click()
 
 
-async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, address: str, screenshots: Path) -> None:
-    page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
+async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, shared: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, shared, viewport={"width": 1280, "height": 900})
     await view(page, "Lots")
     main = page.get_by_role("main")
     await expect(
@@ -103,7 +117,7 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
     await main.get_by_role("button", name="Undo: Survey deleted").click()
     await expect(ticks).to_have_count(len(FLOWN))
 
-    gone, _ = await opened(browser, f"{address}#/lots/00000000-0000-4000-8000-000000000099")
+    gone, _ = await opened(browser, f"{shared}#/lots/00000000-0000-4000-8000-000000000099")
     await expect(gone.get_by_role("alert")).to_contain_text("The lot of this address is not there")
     await gone.close()
     await view(page, "Compare")
@@ -157,14 +171,14 @@ async def test_a_manager_reads_compares_and_shares_a_lot(browser: Browser, addre
 
 
 async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
-    browser: Browser, address: str, screenshots: Path
+    browser: Browser, own: str, screenshots: Path
 ) -> None:
-    page, errors = await opened(browser, address, viewport={"width": 1280, "height": 900})
+    page, errors = await opened(browser, own, viewport={"width": 1280, "height": 900})
     await page.add_init_script("localStorage.setItem('hawk-page', JSON.stringify({theme: 'light', name: 'Ann'}))")
     await page.reload()
     await press(page, "Correct the plan")
     await shows(page, "Nobody edits")
-    stalls = await Store(address).stalls()
+    stalls = await Store(own).stalls()
     five = [stalls[f"A {number}"] for number in range(1, 6)]
     south, north = min(s["north"] for s in five) - 4, max(s["north"] for s in five) + 4
     west, east = min(s["east"] for s in five) - 1.2, max(s["east"] for s in five) + 1.2
@@ -187,7 +201,7 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
     await panel.get_by_label("Name of the zone").fill("Middle")
     await page.keyboard.press("Enter")
     await done(page)
-    assert {each["name"]: each["kind"] for each in (await Store(address).lot("/plan"))["named_zones"]} == {
+    assert {each["name"]: each["kind"] for each in (await Store(own).lot("/plan"))["named_zones"]} == {
         "West": "disabled", "Middle": "disabled",
     }  # fmt: skip
     await page.get_by_role("button", name="Remove the zone Middle").click()
@@ -207,9 +221,9 @@ async def test_a_zone_is_drawn_by_clicks_and_by_keys_and_has_its_figures(
 
 
 async def test_how_full_a_row_is_on_mornings_is_asked_by_words_by_mouse_and_by_keys(
-    browser: Browser, address: str, screenshots: Path
+    browser: Browser, shared: str, screenshots: Path
 ) -> None:
-    page, errors = await opened(browser, f"{address}#/report", viewport={"width": 1280, "height": 900})
+    page, errors = await opened(browser, f"{shared}#/report", viewport={"width": 1280, "height": 900})
     main = page.get_by_role("main")
     answer = main.locator(".answer")
     await expect(answer).to_contain_text(
@@ -253,8 +267,8 @@ async def test_how_full_a_row_is_on_mornings_is_asked_by_words_by_mouse_and_by_k
     assert not errors
 
 
-async def test_the_map_of_a_survey_stays_where_buttons_and_keys_bring_it(browser: Browser, address: str) -> None:
-    page, errors = await opened(browser, f"{address}#/lots")
+async def test_the_map_of_a_survey_stays_where_buttons_and_keys_bring_it(browser: Browser, shared: str) -> None:
+    page, errors = await opened(browser, f"{shared}#/lots")
     await page.wait_for_selector("hawk-survey-map[data-drawn=all]")
     sizes = []
     for step in ("", "Zoom in", "Zoom in", "+"):
@@ -273,9 +287,9 @@ async def test_the_map_of_a_survey_stays_where_buttons_and_keys_bring_it(browser
     assert not errors
 
 
-async def test_the_plan_is_corrected_on_the_map_of_a_survey(browser: Browser, address: str, screenshots: Path) -> None:
-    page, errors = await opened(browser, f"{address}#/lots")
-    before = await Store(address).stalls()
+async def test_the_plan_is_corrected_on_the_map_of_a_survey(browser: Browser, own: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, f"{own}#/lots")
+    before = await Store(own).stalls()
     await press(page, "Edit plan")
     await shows(page, "Nobody edits")
     where = await page.evaluate(
@@ -290,15 +304,15 @@ async def test_the_plan_is_corrected_on_the_map_of_a_survey(browser: Browser, ad
     await page.keyboard.press("Delete")
     await done(page)
     await page.screenshot(path=screenshots / "plan-on-a-survey.png")
-    assert set(before) - set(await Store(address).stalls()) == {"A 3"}
+    assert set(before) - set(await Store(own).stalls()) == {"A 3"}
     await press(page, "Close the edit")
     await expect(page.locator(".about")).to_contain_text(f"of {len(before)} stalls")  # of the layout of its time
     await expect(page.locator("hawk-changes")).to_contain_text("Plan")
     assert errors == []
 
 
-async def test_the_question_asked_is_the_report_printed(browser: Browser, address: str, screenshots: Path) -> None:
-    page, errors = await opened(browser, f"{address}#/report?part=row.A&days=mon-fri&hours=11-15")
+async def test_the_question_asked_is_the_report_printed(browser: Browser, shared: str, screenshots: Path) -> None:
+    page, errors = await opened(browser, f"{shared}#/report?part=row.A&days=mon-fri&hours=11-15")
     await page.get_by_role("button", name="The report: print it or download it").click()
     frame = page.frame_locator("iframe")
     await expect(frame.locator("body")).to_contain_text("row A")
@@ -310,7 +324,7 @@ async def test_the_question_asked_is_the_report_printed(browser: Browser, addres
     await page.get_by_role("combobox", name="Paper").select_option("letter")
     await expect(page.locator("iframe")).to_have_attribute("src", re.compile("paper=letter"))
     await page.screenshot(path=screenshots / "over-time-paper.png", full_page=True)
-    await page.goto(f"{address}#/report?part=row.Z&show=document")
+    await page.goto(f"{shared}#/report?part=row.Z&show=document")
     await page.reload()
     await expect(page.get_by_role("alert")).to_contain_text("The lot has no row, zone or kind of this name")
     assert [

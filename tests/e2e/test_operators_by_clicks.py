@@ -100,6 +100,7 @@ async def test_two_people_and_a_drone(scene: Scene, screenshots: Path) -> None:
     await everything_fits(scene.pilot, screenshots)
     await press(scene.watcher, "Hold")
     await state_is(scene.pilot, "Holding")
+    await scene.watcher.context.close()
     # how far it explored depends on the machine: first to where there is lot for sure, then back again
     first = -1 if (await scene.place_at_rest())[0] - home[0] > HALF_THE_LOT_M else 1
     await move(scene, first, by_key=False)

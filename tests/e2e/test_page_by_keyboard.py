@@ -20,7 +20,7 @@ TABS = ("Checks", "Messages", "Flight", "Stalls", "Settings")
 DESK, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
 RUN_AXE = """async () => {
   const values = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice", "experimental"];
-  const { violations } = await axe.run(document, { runOnly: { type: "tag", values } });
+  const { violations } = await axe.run(document, { runOnly: { type: "tag", values }, resultTypes: ["violations"] });
   return violations.flatMap(({ id, help, nodes }) => nodes.map((node) => `${id}: ${help}: ${node.html.slice(0, 160)}`));
 }"""
 
@@ -36,7 +36,8 @@ async def opened(browser: Browser, address: str, size: Any = DESK, theme: str = 
 
 
 CONTRAST = """async () => {
-  const { violations } = await axe.run(document, { runOnly: { type: "rule", values: ["color-contrast"] } });
+  const runOnly = { type: "rule", values: ["color-contrast"] };
+  const { violations } = await axe.run(document, { runOnly, resultTypes: ["violations"] });
   return violations.flatMap(({ id, nodes }) => nodes.map((node) => `${id}: ${node.html.slice(0, 160)}`));
 }"""
 

@@ -31,6 +31,8 @@ CAMERA_HZ = 3.0
 STEP_S = 300.0
 """No step of a flight takes as long, seconds of the drone, which are real ones where the computer is slow."""
 POLL_S = 0.05
+DISARM_DELAY_S = 60
+"""Motors that run on the ground are off after so long, seconds of the drone."""
 
 LOW_HEIGHTS = """
 [heights]
@@ -62,12 +64,13 @@ LOW = low()
 class PatientStack(SimulatedStack):
     """A drone whose autopilot waits for this computer as long as its check allows.
 
-    The default of five simulated seconds is shorter than a daemon takes that starts again on a busy machine.
+    The default of five simulated seconds is shorter than a daemon takes that starts again on a busy machine, and ten
+    between Arm and Take off are three real ones, in which a page may draw no question.
     """
 
     async def start(self) -> Ready:
         ready = await super().start()
-        await self.inject({"parameters": {GCS_TIMEOUT.name: GCS_TIMEOUT.high}})
+        await self.inject({"parameters": {GCS_TIMEOUT.name: GCS_TIMEOUT.high, "DISARM_DELAY": DISARM_DELAY_S}})
         return ready
 
 
