@@ -10,6 +10,7 @@ import pytest
 from hawk.config.addresses import host_and_port
 from hawk.config.loader import load_config
 from hawk.config.sections import AutopilotSettings, Config, ConfigError
+from tests.sweep import sweep
 
 REFERENCE = Path(__file__).parents[3] / "config.toml"
 
@@ -23,8 +24,8 @@ def test_the_reference_file_is_the_defaults() -> None:
     assert load_config(REFERENCE, {}) == Config()
 
 
-@pytest.mark.parametrize(("section", "key", "_"), settings())
-def test_every_setting_is_in_the_reference_with_a_comment(section: str, key: str, _: Any) -> None:
+@sweep("section, key", [(section, key) for section, key, _ in settings()])
+def test_every_setting_is_in_the_reference_with_a_comment(section: str, key: str) -> None:
     text = REFERENCE.read_text()
     part = text.split(f"[{section}]", 1)[1].split("\n[", 1)[0]
     found = re.search(rf"^(# )?{key} = ", part, re.MULTILINE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import types
 import typing
@@ -12,9 +13,11 @@ import pytest
 
 from hawk.config.loader import load_config
 from hawk.config.sections import Config, ConfigError, Section, bounds
+from tests.sweep import sweep
 
 REFERENCE = Path(__file__).parents[3] / "config.toml"
 NUMBERS = (int, float)
+NO_NUMBERS = (math.nan, math.inf, -math.inf, "many")
 
 
 def is_number(annotation: Any) -> bool:
@@ -46,7 +49,7 @@ def test_every_number_of_the_settings_is_tried() -> None:
     "a number in the settings beyond what is physically right",
     "the daemon does not start; file, line, name, value and both bounds are shown",
 )
-@pytest.mark.parametrize(("section", "key"), numeric())
+@sweep("section, key", numeric())
 def test_a_number_beyond_either_bound_is_refused_with_name_value_and_both_bounds(section: str, key: str) -> None:
     found = bounds(section, key)
     assert found is not None, "has no bounds"
@@ -61,7 +64,7 @@ def test_a_number_beyond_either_bound_is_refused_with_name_value_and_both_bounds
         assert f"{section}.{key}: must lie between {lowest:.10g} and {highest:.10g} (found {beyond!r})" in text
 
 
-@pytest.mark.parametrize(("section", "key"), numeric())
+@sweep("section, key", numeric())
 def test_the_reference_names_both_bounds(section: str, key: str) -> None:
     found = bounds(section, key)
     assert found is not None
@@ -69,8 +72,9 @@ def test_the_reference_names_both_bounds(section: str, key: str) -> None:
     assert re.search(rf"^(# )?{key} = \S+  # {found[0]:.10g} to {found[1]:.10g}$", part, re.MULTILINE)
 
 
-@pytest.mark.parametrize(("section", "key"), numeric())
-@pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), "many"])
+@sweep(
+    "section, key, value", [(*each, value) for each in numeric() for value in (math.nan, math.inf, -math.inf, "many")]
+)
 def test_what_is_no_number_is_refused(section: str, key: str, value: object) -> None:
     with pytest.raises(ConfigError, match=rf"{section}\.{key}: "):
         load_config(None, {}, {section: {key: value}})

@@ -82,18 +82,21 @@ def keys(given: Any) -> Iterator[str]:
                 yield from keys(each)
 
 
-NAMES: dict[str, set[str]] = {
-    "module": set(modules()),
-    "class": set(classes()),
-    "table": set(tables()),
-    "key": set(keys(messages())) | set(keys(document(OPERATIONS, "http://DRONE:3000/api/v1", "1"))),
-}
+KINDS = ("module", "class", "table", "key")
 GLOSSARY = {word for term in terms() for word in words(term)}
 KNOWN = GLOSSARY.union(*LIST.values())
 
 
-def test_each_kind_of_name_is_read() -> None:
-    assert all(len(found) > 5 for found in NAMES.values()), {kind: len(found) for kind, found in NAMES.items()}
+@pytest.fixture(scope="module")
+def names() -> dict[str, set[str]]:
+    """The names by `KINDS`: all sources of the rooms are read."""
+    api = document(OPERATIONS, "http://DRONE:3000/api/v1", "1")
+    every = (modules(), classes(), tables(), [*keys(messages()), *keys(api)])
+    return {kind: set(found) for kind, found in zip(KINDS, every, strict=True)}
+
+
+def test_each_kind_of_name_is_read(names: dict[str, set[str]]) -> None:
+    assert all(len(found) > 5 for found in names.values()), {kind: len(found) for kind, found in names.items()}
 
 
 def test_the_glossary_is_a_short_list_and_explains_each_term_once() -> None:
@@ -102,24 +105,24 @@ def test_the_glossary_is_a_short_list_and_explains_each_term_once() -> None:
     assert len(found) == len(set(found)), sorted({each for each in found if found.count(each) > 1})
 
 
-@pytest.mark.parametrize("kind", NAMES)
-def test_names_are_made_of_known_words(kind: str) -> None:
-    unknown = {name: left for name in sorted(NAMES[kind]) if (left := sorted(set(words(name)) - KNOWN))}
+@pytest.mark.parametrize("kind", KINDS)
+def test_names_are_made_of_known_words(names: dict[str, set[str]], kind: str) -> None:
+    unknown = {name: left for name in sorted(names[kind]) if (left := sorted(set(words(name)) - KNOWN))}
     assert not unknown, "use a term of docs/glossary.md, or add the word to general_words.toml on purpose"
 
 
 @pytest.mark.parametrize("kind", ["module", "class", "table"])
-def test_a_name_ends_in_a_noun(kind: str) -> None:
+def test_a_name_ends_in_a_noun(names: dict[str, set[str]], kind: str) -> None:
     nouns = KNOWN - LIST["qualifiers"]
-    wrong = sorted(name for name in NAMES[kind] if (found := words(name)) and found[-1] not in nouns)
+    wrong = sorted(name for name in names[kind] if (found := words(name)) and found[-1] not in nouns)
     assert not wrong, "its last word is no noun: name the thing"
 
 
-def test_every_general_word_is_used_and_stands_once() -> None:
-    used = {word for found in NAMES.values() for name in found for word in words(name)}
+def test_every_general_word_is_used_and_stands_once(names: dict[str, set[str]]) -> None:
+    used = {word for found in names.values() for name in found for word in words(name)}
     listed = [word for group in LIST.values() for word in group]
     assert not sorted(set(listed) - used), "no name has these words any more: remove them from general_words.toml"
-    ends = {found[-1] for kind in ("module", "class", "table") for name in NAMES[kind] if (found := words(name))}
+    ends = {found[-1] for kind in ("module", "class", "table") for name in names[kind] if (found := words(name))}
     assert not sorted(LIST["endings"] - ends), "no name ends in these any more: make them qualifiers, or remove them"
     assert not sorted({word for word in listed if listed.count(word) > 1}), "these stand in two groups"
     assert not sorted(set(listed) & GLOSSARY), "the glossary explains these"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import re
 from pathlib import Path
 
-import pytest
-
+from tests.sweep import sweep
 from tests.unit.docs.names import ROOT, anchors, exists, is_known, links, marked
 
 PAGES = sorted(
@@ -16,12 +16,13 @@ PAGES = sorted(
 LARGEST_PICTURE = 400_000
 
 
-@pytest.fixture(params=PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def page(request: pytest.FixtureRequest) -> Path:
-    found: Path = request.param
-    return found
+@functools.cache
+def anchors_of(page: Path) -> set[str]:
+    """Return the anchors of a page, to which a hundred links lead."""
+    return set(anchors(page.read_text(encoding="utf-8")))
 
 
+@sweep("page", PAGES)
 def test_every_link_leads_to_a_file_and_a_heading(page: Path) -> None:
     for link in links(page.read_text(encoding="utf-8")):
         if re.match(r"https?:", link):
@@ -29,18 +30,16 @@ def test_every_link_leads_to_a_file_and_a_heading(page: Path) -> None:
         name, _, anchor = link.partition("#")
         target = (page.parent / name).resolve() if name else page
         assert target.exists(), link
-        assert not anchor or anchor in anchors(target.read_text(encoding="utf-8")), link
+        assert not anchor or anchor in anchors_of(target), link
 
 
+@sweep("page", PAGES)
 def test_every_name_of_code_and_files_exists(page: Path) -> None:
     unknown = [name for name in marked(page.read_text(encoding="utf-8")) if not is_known(name)]
     assert not unknown
 
 
-@pytest.mark.parametrize(
-    "page", [page for page in PAGES if page.is_relative_to(ROOT / "docs")], ids=lambda page: page.name
-)
-def test_every_page_can_be_reached_from_the_readme(page: Path) -> None:
+def test_every_page_can_be_reached_from_the_readme() -> None:
     reached = {ROOT / "README.md"}
     waiting = list(reached)
     while waiting:
@@ -50,7 +49,7 @@ def test_every_page_can_be_reached_from_the_readme(page: Path) -> None:
             new = [each for each in found if each not in reached]
             reached.update(new)
             waiting += new
-    assert page in reached
+    assert {page for page in PAGES if page.is_relative_to(ROOT / "docs")} - reached == set()
 
 
 def test_pictures_are_small() -> None:

@@ -9,11 +9,10 @@ from hawk.picture.orthorectification import LARGEST_M, orthorectify
 from hawk.picture.reconstruction.camera_pose import CameraPose
 from tests.unit.picture.flights import CAMERA, flight
 
-FLIGHT = flight(lanes=1, count=2)
-
 
 def test_the_same_ground_is_at_the_same_place_in_two_photographs() -> None:
-    first, second = (orthorectify(image, posed) for image, posed in zip(FLIGHT.pictures, FLIGHT.true, strict=True))
+    flown = flight(lanes=1, count=2)
+    first, second = (orthorectify(image, posed) for image, posed in zip(flown.pictures, flown.true, strict=True))
     assert first is not None
     assert second is not None
     assert first.metres_per_pixel == pytest.approx(GROUND_M)

@@ -49,6 +49,7 @@ from proving.faults.keeping import Kept, lost
 from proving.faults.proxy import message
 from proving.faults.report import BEGIN, END, line, names, reporter, rewrite, short_table, table
 from proving.faults.run import ALL, SHORT
+from tests.sweep import sweep
 
 TRUTH: dict[str, Any] = {
     "time": 5.0,
@@ -86,7 +87,7 @@ def test_the_short_run_takes_faults_of_the_table() -> None:
     assert set(SHORT) <= set(names(ALL))
 
 
-@pytest.mark.parametrize("fault", ALL, ids=names(ALL))
+@sweep("fault", ALL)
 def test_what_a_fault_does_can_be_done(fault: Fault) -> None:
     for step in fault.steps:
         if isinstance(step, Forge | Station):
