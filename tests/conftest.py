@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 from collections.abc import Generator
 from pathlib import Path
 
@@ -14,6 +15,8 @@ UNTIMED = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("repeatable", UNTIMED, derandomize=True, max_examples=30)
 settings.register_profile("search", UNTIMED)
 settings.load_profile("repeatable")
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the units do; threads that wait for each other spin
 
 LONG = ("flight", "slow")
 """Kinds of unit tests whose files begin first, the longest at first."""
