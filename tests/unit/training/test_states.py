@@ -21,11 +21,11 @@ FREE, TAKEN, UNKNOWN = StallState.FREE, StallState.TAKEN, StallState.UNKNOWN
 
 
 def place(states: tuple[StallState, ...] = (FREE, TAKEN, UNKNOWN)) -> Place:
-    """A row of three bright stalls side by side, 0.1 m a pixel."""
+    """A row of three bright stalls side by side, 0.1 m a pixel; the first one looks free, which shows the row."""
     image = np.full((201, 261, 3), 40, np.uint8)
     corners = []
     for left in (60, 90, 120):
-        image[70:122, left : left + 26] = 200
+        image[70:122, left : left + 26] = (120, 200, 200) if left == 60 else 200
         corners.append([(left, 70), (left + 26, 70), (left + 26, 122), (left, 122)])
     return Place("row", image, 0.1, LabelledPlace(np.array(corners, float) * 0.1, state_array(list(states)), ()))
 
