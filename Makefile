@@ -8,7 +8,7 @@ DOCS_SITE := hawk/web/docs_site/index.html
 AXE := hawk/web/page/node_modules/axe-core
 PAGE_SOURCES := $(shell find hawk/web/page -type f -not -path '*/node_modules/*' 2>/dev/null)
 ARGS ?=
-# Quick kinds first, so that a mistake shows early.
+# Quick kinds first, so that a mistake shows early; those that fly and see in real programs have the machine to themselves.
 PYTEST := $(BIN)/python -m pytest -q
 # A module's tests share what they warm up, so they stay in one process; flights begin first (tests/conftest.py). Some
 # wait: three processes keep two cores at work.
@@ -25,7 +25,7 @@ UNIT_KINDS := $(if $(COVERAGE),coverage flights,unit)
 # Without compiled files every process would compile and rewrite its modules and tests again.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz chaos webhook-kills lint fast unit nightly coverage mutants flights integration contract programs programs-that-share e2e page page-check docs browser clean
+.PHONY: setup run check test deb container bench bench-archive bench-lots bench-pictures bench-small study newcomer faults ardupilot api-fuzz chaos webhook-kills lint fast unit nightly coverage mutants flights integration contract programs e2e page page-check docs browser clean
 
 setup: $(STAMP) page
 
@@ -112,26 +112,23 @@ flights: $(STAMP)
 	$(UNIT) -m 'flight and not nightly' $(ARGS)
 
 integration: $(STAMP)
-	$(REAL) --numprocesses 4 -m $(SHARING) tests/integration $(ARGS)
-	$(PYTEST) -m $(ALONE) tests/integration $(ARGS)
+	$(REAL) --numprocesses 3 -m $(SHARING) tests/integration $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
 
 # The contract with MAVSDK and ArduCopter. It waits more than it works: a hawk-sim for each module. A real vehicle, one
 # test after the other: make contract ARGS="--autopilot udpin://127.0.0.1:14550"
 contract: $(STAMP)
 	$(if $(findstring --autopilot,$(ARGS)),$(PYTEST),$(REAL) --numprocesses 4) tests/contract $(ARGS)
 
-# All programs and browsers. While one waits, another one works; the contract waits for most of its time. Flights that see
-# follow, two at a time.
+# All programs and browsers: while one waits, another one works.
 programs: setup browser
-	$(MAKE) --jobs 2 --output-sync programs-that-share contract
-	$(REAL) --numprocesses 2 -m $(ALONE) tests/e2e tests/integration $(ARGS)
-
-programs-that-share: setup browser
-	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration $(ARGS)
+	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
+	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
 
 e2e: setup browser
-	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e $(ARGS)
-	$(REAL) --numprocesses 2 -m $(ALONE) tests/e2e $(ARGS)
+	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
+	$(PYTEST) --numprocesses 2 --dist worksteal -m $(SHARING) tests/e2e $(ARGS)
 
 # Every fault on the real programs: 45 minutes, on a quiet machine. What was measured is kept in docs/results/faults.json
 # and docs/faults.md; `python -m proving.faults --table` prints it beside what must be seen.

@@ -22,7 +22,7 @@ from tests.integration.daemon_support import Operator
 from tests.integration.sim_support import free_tcp_port
 from tests.pace import PATIENCE_S
 
-pytestmark = [pytest.mark.integration]
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 CROWD = 4100
 AT_ONCE = 100

@@ -13,7 +13,7 @@ from proving.faults.run import ALL, SHORT, run_faults
 from tests.integration.sim_support import small_picture
 from tests.pace import speed_here
 
-pytestmark = [pytest.mark.integration]
+pytestmark = [pytest.mark.integration, pytest.mark.alone]
 
 
 async def test_five_faults_of_one_flight_end_without_problems(tmp_path: Path) -> None:

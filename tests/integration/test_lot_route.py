@@ -28,7 +28,7 @@ from hawk.store.journal import FlightJournal
 from hawk.survey.stack import SimulatedStack
 from tests.integration.daemon_support import Operator, end_daemon, operator, over_a_picture
 
-pytestmark = [pytest.mark.integration, pytest.mark.asyncio(loop_scope="module")]
+pytestmark = [pytest.mark.integration, pytest.mark.alone, pytest.mark.asyncio(loop_scope="module")]
 
 LOT = shapely.union(shapely.box(-8.0, -8.0, 50.0, 12.0), shapely.box(30.0, -8.0, 50.0, 60.0))
 """(north, east) metres of the map: an L about where the drone takes off."""
