@@ -1,10 +1,11 @@
 """Documents of surveys that a desk takes in: surveys a second, with every commit on the disk, and a week at once.
 
-``python -m benchmarks.collect [--week N] [--json FILE]``
+``python -m benchmarks.collect [--week N] [--flight S] [--json FILE]``
 
 Four drones send ten surveys each of a lot of 300 stalls; the first ones bring their lots. One process takes them in,
 one after the other, as the address of the API does. Then a drone that had no link for a week sends ``--week`` surveys
-to the desk itself over this computer's network, as its daemon does. The pictures of surveys are not among them.
+to the desk itself over this computer's network, as its daemon does; at last it sends in flight, slowly. The pictures of
+surveys are not among them.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ import statistics
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+import tracemalloc
+from collections.abc import AsyncIterator, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -46,6 +48,13 @@ LEAST_PER_S: Final = 20.0
 WEEK: Final = 140
 """Surveys of a drone that flies twenty times a day."""
 CATCH_UP_S: Final = 120.0
+FLIGHT_S: Final = 60.0
+FLIGHT_KBIT_S: Final = 100
+"""Of a radio or a mobile network far out; `collect.kbit_s` of the settings is 0, nothing is sent in flight then."""
+KBIT: Final = 300.0
+"""A document of `STALLS` stalls has more."""
+UPLINK_SHARE: Final = 0.01
+UPLINK_MB: Final = 15.0
 _LONGEST_S: Final = 900.0
 
 Sent = tuple[str, str, bytes]
@@ -81,14 +90,12 @@ async def measure(folder: Path, sent: Sequence[Sent]) -> tuple[float, float]:
     return len(sent) / seconds, busy / len(sent)
 
 
-async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
-    """Return the seconds until a desk has a drone's surveys, and the processor's seconds of its sender.
-
-    Raises BenchmarkError when the desk has not all of them in time.
-    """
+@contextlib.asynccontextmanager
+async def _drone_and_desk(folder: Path, surveys: int) -> AsyncIterator[tuple[Path, CollectSettings, str]]:
+    """Yield the folder of a drone that has these surveys, its settings and the name of its desk, which runs."""
     drone, desk, port = folder / "drone", folder / "desk", free_tcp_port()
     for each in (drone, desk):
-        each.mkdir()
+        each.mkdir(parents=True)
     base = Database(drone / FILE, {"synchronous": 0})
     for number in range(surveys):
         with base.writing() as connection:
@@ -102,11 +109,42 @@ async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
         process = await asyncio.create_subprocess_exec(*command, stdout=log, stderr=log)
     try:
         await until_served(port)
-        settings = CollectSettings(url=url, token_file=drone / "token")
-        return await _sent(drone, settings, desk_target(url, token))
+        yield drone, CollectSettings(url=url, token_file=drone / "token"), desk_target(url, token)
     finally:
         process.terminate()
         await process.wait()
+
+
+async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
+    """Return the seconds until a desk has a drone's surveys, and the processor's seconds of its sender.
+
+    Raises BenchmarkError when the desk has not all of them in time.
+    """
+    async with _drone_and_desk(folder, surveys) as (drone, settings, target):
+        began, used = time.perf_counter(), time.process_time()
+        async with _sending(drone, settings, SenderTimes(look_s=1.0), is_flown=False) as store:
+            while await store.read(lambda c: outbox.due_state(c, target, time.time() + _LONGEST_S)) is not None:
+                if time.perf_counter() - began > _LONGEST_S:
+                    raise BenchmarkError(f"the desk has not all surveys after {_LONGEST_S:g} s")
+                await asyncio.sleep(0.2)
+        return time.perf_counter() - began, time.process_time() - used
+
+
+async def in_flight(folder: Path, seconds: float, kbit_s: int) -> tuple[float, float]:
+    """Return the share of a core, and the most memory (MB), that a sender takes which sends all the time in flight."""
+    async with contextlib.AsyncExitStack() as stack:
+        surveys = SURVEYS + int(seconds * kbit_s / KBIT)
+        drone, settings, _ = await stack.enter_async_context(_drone_and_desk(folder, surveys))
+        slow = settings.model_copy(update={"kbit_s": kbit_s})
+        await stack.enter_async_context(_sending(drone, slow, SenderTimes(), is_flown=True))
+        began, used = time.perf_counter(), time.process_time()
+        await asyncio.sleep(seconds)
+        share = (time.process_time() - used) / (time.perf_counter() - began)
+        tracemalloc.start()
+        await asyncio.sleep(seconds / 2)
+        _, most = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    return share, most / 1e6
 
 
 async def until_served(port: int) -> None:
@@ -120,18 +158,17 @@ async def until_served(port: int) -> None:
             await asyncio.sleep(0.1)
 
 
-async def _sent(folder: Path, settings: CollectSettings, target: str) -> tuple[float, float]:
+@contextlib.asynccontextmanager
+async def _sending(
+    folder: Path, settings: CollectSettings, times: SenderTimes, *, is_flown: bool
+) -> AsyncIterator[LotStore]:
+    """Yield the store of a drone that sends, as its daemon does."""
     store = LotStore(folder / FILE, find_stalls)
     await store.open()
-    sender = DocumentSender(store, settings, time.time, lambda: False, lambda *_: None, SenderTimes(look_s=1.0))
-    began, used = time.perf_counter(), time.process_time()
+    sender = DocumentSender(store, settings, time.time, lambda: is_flown, lambda *_: None, times)
     running = asyncio.create_task(sender.run())
     try:
-        while await store.read(lambda c: outbox.due_state(c, target, time.time() + _LONGEST_S)) is not None:
-            if time.perf_counter() - began > _LONGEST_S:
-                raise BenchmarkError(f"the desk has not all surveys after {_LONGEST_S:g} s")
-            await asyncio.sleep(0.2)
-        return time.perf_counter() - began, time.process_time() - used
+        yield store
     finally:
         running.cancel()
         await asyncio.gather(running, return_exceptions=True)
@@ -142,11 +179,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Take documents in, and print a table; return 1 when a figure lies outside its limits."""
     parser = make_parser("benchmarks.collect", __doc__)
     parser.add_argument("--week", type=int, default=WEEK, metavar="N", help=f"surveys without a link (default {WEEK})")
+    parser.add_argument("--flight", type=float, default=FLIGHT_S, metavar="S", help=f"(default {FLIGHT_S:g})")
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         sent = documents(Path(folder))
         per_s, cpu_s = asyncio.run(measure(Path(folder), sent))
-        catch_up_s, sender_s = asyncio.run(catch_up(Path(folder), options.week))
+        catch_up_s, sender_s = asyncio.run(catch_up(Path(folder) / "week", options.week))
+        share, most_mb = asyncio.run(in_flight(Path(folder) / "flight", options.flight, FLIGHT_KBIT_S))
     size = statistics.mean(len(data) for _, _, data in sent) / 1e3
     figures = [
         Figure("ingest_per_s", f"surveys of {STALLS} stalls a second", per_s, "", limit=Limit(lowest=LEAST_PER_S)),
@@ -155,6 +194,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Figure("catch_up_s", f"{options.week} surveys of a week without a link are at the desk", catch_up_s, "s",
                limit=Limit(highest=CATCH_UP_S)),
         Figure("sender_cpu_ms", "processor time of the drone for one of them", 1e3 * sender_s / options.week, "ms"),
+        Figure("uplink_cpu", f"of a core, of a drone that sends at {FLIGHT_KBIT_S} kbit/s in flight", share, "",
+               limit=Limit(highest=UPLINK_SHARE)),
+        Figure("uplink_mb", "its memory for that, most", most_mb, "MB", limit=Limit(highest=UPLINK_MB)),
     ]  # fmt: skip
     return print_and_write([Section("collect", figures)], options.json)
 

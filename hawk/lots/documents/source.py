@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from datetime import datetime
 from typing import Any, Final, TypeVar
 
@@ -50,7 +50,7 @@ from hawk.lots.schema import (
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.storage.states import LOT_STATE, SURVEY_STATE
 from hawk.lots.tables import unpack_stalls
-from hawk.lots.values import LotStoreError, NotFoundError
+from hawk.lots.values import Detection, LotStoreError, NotFoundError
 from hawk.model.lot_map import TileKey
 from hawk.model.plans import Outline
 
@@ -87,7 +87,7 @@ def document_of(connection: Connection, survey: str, mosaic: Mapping[TileKey, by
     if row is None:
         raise NotFoundError("survey: there is no survey with this id; reload the list")
     check_whole(connection, "survey", row["seq"], "survey")
-    found = [asdict(stall) for stall in unpack_stalls(row["stalls"])]
+    found = [{name: getattr(stall, name) for name in _FOUND} for stall in unpack_stalls(row["stalls"])]
     looks = select(STALL.c.id.label("stall"), *_columns(OBSERVATION, _LOOKED)).join(
         STALL, STALL.c.key == OBSERVATION.c.stall
     )
@@ -108,6 +108,7 @@ def document_of(connection: Connection, survey: str, mosaic: Mapping[TileKey, by
     return _made(SurveyDocument, parts)
 
 
+_FOUND: Final = tuple(each.name for each in fields(Detection))
 _LOOKED: Final = ("looked_at", "taken_probability", "state", "picture_count")
 
 

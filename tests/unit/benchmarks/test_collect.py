@@ -26,3 +26,11 @@ async def test_a_desk_catches_up_with_a_drone(tmp_path: Path, monkeypatch: pytes
     seconds, cpu_s = await collect.catch_up(tmp_path, 3)
     assert seconds > 0
     assert cpu_s > 0
+
+
+@pytest.mark.nightly
+async def test_what_sending_in_flight_costs_is_measured(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(collect, "STALLS", 40)
+    share, most_mb = await collect.in_flight(tmp_path, 4.0, 100)
+    assert 0 < share < 1
+    assert 0 < most_mb < 100
