@@ -34,8 +34,8 @@ from hawk.picture.cars import suggest_lone_cars
 from hawk.picture.checkpoints import Checkpoints
 from hawk.picture.limits import LOT_M, limits_of, stretch
 from hawk.picture.orthophoto.outline import read_private
-from hawk.picture.orthophoto.outline_lots import polygons_of
 from hawk.picture.photographs.folder import read_folder
+from hawk.picture.private_ground import parts_near
 from hawk.picture.reconstruction.alignment import Reconstruction
 from hawk.picture.scale import (
     Scale,
@@ -158,7 +158,7 @@ def private_ground(areas: Sequence[Polygon], datum: GlobalPose) -> BaseGeometry:
     """Return private ground on the map, (north, east) metres: wider, as receivers alone say where the pictures are."""
     x, y = datum.longitude, datum.latitude
     near = box(x - _NEAR_DEG, y - _NEAR_DEG, x + _NEAR_DEG, y + _NEAR_DEG)
-    parts = (part for area in areas for part in polygons_of(Polygon(area.exterior).intersection(near)))
+    parts = (part for area in areas for part in parts_near(area, near))
     rings = tuple(tuple((y, x) for x, y in part.exterior.coords[:-1]) for part in parts)
     return ground_about((datum.latitude, datum.longitude), Outline(rings)).buffer(ERROR_M, join_style="mitre")
 

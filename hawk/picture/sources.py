@@ -22,7 +22,6 @@ from hawk.formats.kind import UNKNOWN, Kind, kind_of_file
 from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.survey.moments import CaptureTime, MomentSource, has_been
-from hawk.lots.survey.private_ground import ERROR_M
 from hawk.lots.survey.source import SourceKind
 from hawk.lots.values import LotInputError, checked_name, fitting_name, utc
 from hawk.model.lot_map import TILE_M
@@ -36,14 +35,13 @@ from hawk.picture.orthophoto.outline import read_private
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import private_ground, survey_shots
+from hawk.picture.private_ground import wider
 from hawk.picture.shot_detections import Files, Pictures
 from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
 _OF_ORTHOPHOTOS: Final = ("outline", "check", "checked", "allow_host")
-_DEGREE_M: Final = 111_195.0
-"""Metres of a degree of latitude on a sphere of 6,371 km."""
 _OF_FILMS: Final = ("log", "log_offset_s", "hfov_deg", "focal35_mm")
 
 
@@ -116,13 +114,6 @@ def _are_near(areas: Sequence[shapely.Polygon], landed: LandingFacts) -> bool:
     return not len(rows) or private_ground(areas, landed.datum).intersects(
         shapely.box(-rows.max() - TILE_M, columns.min(), -rows.min(), columns.max() + TILE_M)
     )
-
-
-def _wider(area: shapely.Polygon) -> shapely.Polygon:
-    """Return an area of a plan, (longitude, latitude), wider by the error of the receiver that placed its lot."""
-    scale = np.array([np.cos(np.radians(area.centroid.y)), 1.0])
-    flat = shapely.transform(area, lambda places: places * scale).buffer(ERROR_M / _DEGREE_M, join_style="mitre")
-    return shapely.transform(flat, lambda places: places / scale)
 
 
 def _survey_of(asked: MapRequest, progress: Progress) -> PictureSurvey:
@@ -200,7 +191,7 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
         picture,
         out=asked.out,
         outline=asked.outline,
-        private=(*asked.areas, *(_wider(area) for area in asked.stored)),
+        private=(*asked.areas, *(wider(area) for area in asked.stored)),
         hosts=asked.allow_host or (),
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,

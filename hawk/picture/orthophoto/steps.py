@@ -21,11 +21,12 @@ from hawk.formats.remote_raster import Hosts, RemoteRaster
 from hawk.picture.orthophoto.lots import SurveysByLot
 from hawk.picture.orthophoto.outline import LotOutline, read_outline
 from hawk.picture.orthophoto.sample import PictureSample
-from hawk.picture.orthophoto.source import Orthophoto, PixelRing, open_orthophoto
+from hawk.picture.orthophoto.source import Orthophoto, open_orthophoto
 from hawk.picture.orthophoto.survey import Findings, PictureFrame, check_ground, to_survey, without_obstacles
 from hawk.picture.orthophoto.tile_detector import TileDetector
 from hawk.picture.orthophoto.tile_results import Results
 from hawk.picture.orthophoto.windows import CORE_M, Task, Window, WindowStalls, map_window, task_name, windows_of
+from hawk.picture.private_ground import rings_in
 from hawk.picture.values import LeftOut, PictureError, PictureSurvey, Provenance
 
 _GONE: Final = "its result is gone; go on by --resume"
@@ -71,17 +72,11 @@ def start(
     """
     source = open_orthophoto(path, crs, hosts)
     if private:
-        source = replace(source, private=_private_rings(source, private))
+        source = replace(source, private=rings_in(source.grid, private))
     lots = _near(source, outline)
     detector = load()
     tasks = tasks_of(source, windows_of(source, lots, core_m=core_m), detector.model, detector.engine)
     return MappingPlan(source, lots, detector, tasks)
-
-
-def _private_rings(source: Orthophoto, areas: Sequence[Polygon]) -> tuple[PixelRing, ...]:
-    """Return areas in the pixels of a picture; holes are private too."""
-    rings = (source.grid.in_picture(np.array(area.exterior.coords)[:, 1::-1]) for area in areas)
-    return tuple(tuple((float(x), float(y)) for x, y in ring) for ring in rings if np.isfinite(ring).all())
 
 
 def _near(source: Orthophoto, outline: Path | LotOutline | None) -> LotOutline | None:

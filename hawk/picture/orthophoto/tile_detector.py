@@ -48,6 +48,10 @@ _GREY: Final = 127
 """Colour of missing ground, the middle of the network's input."""
 _SURE: Final = 1e-6
 _TAKEN_FROM: Final = 0.5
+_REACH_M: Final = 9.0
+"""Between middles of places of usual size that overlap."""
+_TOUCH: Final = 0.1
+"""Intersection over union from which a car stands on a place that is suggested already."""
 Mask = NDArray[np.bool_]
 
 
@@ -72,9 +76,9 @@ class TileDetections:
     """Findings in a picture, metres from its upper left corner.
 
     ``stalls`` (N, 4, 2) may reach beyond the picture. ``taken`` and ``score`` (N,): probabilities of being taken and of
-    being a stall. ``lot``: mask whose cells are ``lot_m`` metres a side. ``suggested`` (M, 4, 2): places about cars on
-    no stall and in no aisle, as the mapper would suggest them after several passes. ``vehicles``: None of a network
-    that knows none.
+    being a stall. ``lot``: mask whose cells are ``lot_m`` metres a side. ``suggested`` (M, 4, 2): stalls that
+    `are_shown` takes out, and places about cars on no stall and in no aisle, as the mapper would suggest them after
+    several passes. ``vehicles``: None of a network that knows none.
     """
 
     stalls: FloatArray = field(repr=False)
@@ -201,15 +205,15 @@ def found_in(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: 
 
     ``seen``: 1 for the cells that show ground, None: all do. ``votes``: stalls that the maps vote for, None: not known.
     """
-    stalls, taken = _stalls_with_states(maps, seen, votes)
-    lot, car = maps.lot, maps.car
+    every, probability, shown = _stalls_with_states(maps, seen, votes)
+    lot, car, is_seen = maps.lot, maps.car, np.ones_like(shown)
     if seen is not None:
-        is_seen = decode.sample(seen, decode.sample_points(stalls)).mean(axis=1) >= _LEAST_SHOWN
-        stalls, taken = stalls[is_seen], taken[is_seen]
+        is_seen = decode.sample(seen, decode.sample_points(every)).mean(axis=1) >= _LEAST_SHOWN
         lot, car = lot * seen, car * seen
+    stalls, taken = every[shown & is_seen], probability[shown & is_seen]
     share = CELL_M / LOT_M
-    probability = cv2.resize(lot, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
-    area = lot_outline(np.asarray(probability > 0.5), stalls.corners() * share, LOT_M) > 0
+    on_lot = cv2.resize(lot, None, fx=share, fy=share, interpolation=cv2.INTER_AREA)
+    area = lot_outline(np.asarray(on_lot > 0.5), stalls.corners() * share, LOT_M) > 0
     if seen is not None:  # gaps that are closed may lead over missing ground
         area &= cv2.resize(seen, area.shape[::-1], interpolation=cv2.INTER_AREA) > 0.5
     return TileDetections(
@@ -217,7 +221,7 @@ def found_in(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: 
         taken,
         stalls.score,
         area,
-        _suggested(car, stalls),
+        _suggested(car, stalls, every[~shown & is_seen]),
         vehicles=None if maps.vehicles is None else vehicles_in(maps.vehicles, seen),
     )
 
@@ -238,20 +242,20 @@ def corners_of(boxes: Stalls) -> FloatArray:
 
 def stalls_of(maps: NetworkMaps, seen: NDArray[np.float32] | None = None, votes: Stalls | None = None) -> Stalls:
     """Return the stalls that the maps show, in cells, their rows completed; arguments as in `found_in`."""
-    return _stalls_with_states(maps, seen, votes)[0]
+    stalls, _, shown = _stalls_with_states(maps, seen, votes)
+    return stalls[shown]
 
 
 def _stalls_with_states(
     maps: NetworkMaps, seen: NDArray[np.float32] | None, votes: Stalls | None
-) -> tuple[Stalls, FloatArray]:
-    """Return the stalls of `stalls_of`, and the probability (N,) that each is taken."""
+) -> tuple[Stalls, FloatArray, Mask]:
+    """Return stalls, the probability (N,) that each is taken, and which `are_shown` (N,): those are of `stalls_of`."""
     votes = decode.vote(maps, CELL_M, seen) if votes is None else votes
     ground = partial(ground_at, maps, seen=seen)
     rows = complete_rows(finds_of(votes), ground)
     stalls = _stalls(rows)
     taken = decode.occupancy(maps, stalls)
-    shown = are_shown(rows, taken < _TAKEN_FROM, ground)
-    return stalls[shown], taken[shown]
+    return stalls, taken, are_shown(rows, taken < _TAKEN_FROM, ground)
 
 
 def finds_of(stalls: Stalls) -> Finds:
@@ -267,8 +271,8 @@ def ground_at(maps: NetworkMaps, places: FloatArray, seen: NDArray[np.float32] |
     return Ground(*(decode.sample(values, places / CELL_M) for values in layers))
 
 
-def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:
-    """Return quads (M, 4, 2) of (x, y) metres about the cars on no stall and in no aisle."""
+def _suggested(car: NDArray[np.float32], stalls: Stalls, others: Stalls) -> FloatArray:
+    """Return quads (M, 4, 2) of (x, y) metres: ``others``, and those about cars on none of both and in no aisle."""
     cars = car_boxes(car, Window(0, 0, car.shape[0], car.shape[1], CELL_M))
     places = np.column_stack([cars.east, -cars.north]) - (CELL_M - GROUND_M) / 2  # as in `found_in`
     angle = cars.angle - np.pi / 2
@@ -276,7 +280,14 @@ def _suggested(car: NDArray[np.float32], stalls: Stalls) -> FloatArray:
     known = (shape[0] + GROUND_M / 2, shape[1] + GROUND_M / 2, stalls.angle, shape[2], shape[3])
     left = ~on_stalls(places, angle, cars.length, known)
     x, y = places[left].T
-    return quads.corners(x, y, angle[left], np.full(len(x), WIDTH_M), length_about(cars)[left])
+    about, given = (
+        quads.corners(x, y, angle[left], np.full(len(x), WIDTH_M), length_about(cars)[left]),
+        corners_of(others),
+    )
+    i, j = quads.near_pairs(about.mean(axis=1), given.mean(axis=1), _REACH_M)
+    alone = np.ones(len(about), np.bool_)
+    alone[i[quads.overlap_more(about[i], given[j], _TOUCH)]] = False
+    return np.concatenate([given, about[alone]])
 
 
 def _stalls(rows: RowStalls) -> Stalls:

@@ -34,7 +34,7 @@ _REACH_M: Final = 2.0
 """Stalls this near to a core are reported with it: its neighbour may have put them on the other side of the seam."""
 _FINE_M: Final = 0.05
 """Pixels smaller than half of this are averaged while they are read, which bounds a window's memory."""
-_FORMAT: Final = 2
+_FORMAT: Final = 3
 """Counts the changes of what a window's result holds."""
 
 

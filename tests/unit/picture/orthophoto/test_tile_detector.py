@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from hawk.algo.rows.lot import RowStalls
+from hawk.algo.vision import quads
 from hawk.algo.vision.detector import BEYOND_CELLS
 from hawk.algo.vision.network import NetworkMaps, StallNetwork
 from hawk.model.lot_map import StallState
@@ -135,3 +137,17 @@ def test_cars_that_wait_at_a_crossing_are_on_no_stall() -> None:
     assert len(found.suggested) > 10
     assert found.vehicles is not None
     assert len(found.vehicles) > 10
+
+
+def test_each_stall_that_is_taken_out_is_suggested_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = detector().detect(lot_picture(), METRES)
+
+    def without_the_first(stalls: RowStalls, *_: object) -> NDArray[np.bool_]:
+        return np.arange(len(stalls)) >= 12
+
+    monkeypatch.setattr("hawk.picture.orthophoto.tile_detector.are_shown", without_the_first)
+    found = detector().detect(lot_picture(), METRES)
+    assert (found.stalls == whole.stalls[12:]).all()
+    assert (found.suggested[:12] == whole.stalls[:12]).all()
+    assert quads.suppress(found.suggested, np.zeros(len(found.suggested)), 0.1).all()
+    assert len(found.suggested) == len(whole.suggested) + 12
