@@ -92,6 +92,10 @@ def _time_zone(value: str) -> str:
     return value
 
 
+def _tidy(value: object) -> object:
+    return " ".join(value.split()) if isinstance(value, str) else value
+
+
 def _page_host(value: str) -> str:
     if not value:
         raise ValueError("is empty: 0.0.0.0 stands for all addresses of this computer, 127.0.0.1 for itself alone")
@@ -143,5 +147,7 @@ SigningSecret = Annotated[SecretStr, AfterValidator(_at_least(24)), AfterValidat
 OperatorId = Annotated[str, AfterValidator(_operator_id)]
 Description = Annotated[str, AfterValidator(_short_text(23))]
 SerialNumber = Annotated[str, AfterValidator(_short_text(20))]
+LotName = Annotated[str, BeforeValidator(_tidy)]
+"""A lot's name or id, without space around it: a lot's own name has none."""
 ZoneName = Annotated[str, AfterValidator(_time_zone)]
 """A name of the time zone database."""

@@ -22,6 +22,7 @@ from hawk.config.fields import (
     Description,
     DeskAddress,
     FilePath,
+    LotName,
     OperatorId,
     PageHost,
     PageName,
@@ -289,7 +290,7 @@ DUE_DAYS: Final = 7
 class ScheduledSurvey(Section):
     """A survey that is due on some days at a time. ``lot``: name or id."""
 
-    lot: str = Field(min_length=1, max_length=80)
+    lot: LotName = Field(min_length=1, max_length=80)
     at: str = Field(pattern=r"^([01]\d|2[0-3]):[0-5]\d$")
     days: tuple[Literal["mon", "tue", "wed", "thu", "fri", "sat", "sun"], ...] = Field(default=DAYS, min_length=1)
     time_zone: ZoneName | None = None

@@ -13,6 +13,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, func, select
 
+from hawk.lots.names import names_alone
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
 from hawk.lots.plan.queries import all_stalls, in_plan, private_zones, sections_of
@@ -70,14 +71,15 @@ def _stamp(connection: Connection, lot: str) -> Stamp:
 
 def newest_survey(connection: Connection, lot: str) -> tuple[str, str, float | None] | None:
     """Return id and name of the lot with an id or name, and the end of its newest survey, Unix seconds; None: no such
-    lot.
+    lot, or more than one.
 
     Pictures whose time is not sure count as no survey.
     """
     is_named = ((LOT.c.id == lot) | (LOT.c.name == lot)) & LOT.c.merged_into.is_(None)
-    row = connection.execute(select(LOT.c.id, LOT.c.name).where(is_named)).first()
-    if row is None:
+    rows = connection.execute(select(LOT.c.id, LOT.c.name).where(is_named).limit(2)).all()
+    if len(rows) != 1:
         return None
+    (row,) = rows
     taken = select(ordered_at()).where(
         SURVEY.c.seq == select(last_of(LOT.c.id)).where(LOT.c.id == row.id).scalar_subquery()
     )
@@ -110,7 +112,9 @@ def lots_ahead(
     if named is not None:
         wanted = wanted.where(LOT.c.id.in_(named) | LOT.c.name.in_(named))
     here, found = shapely.Point(0.0, 0.0), []
-    for row in connection.execute(wanted).mappings():
+    rows = connection.execute(wanted).mappings().all()
+    alone = names_alone(connection, [row["name"] for row in rows])
+    for row in rows:
         outline = outline_of(row["outline"])
         if not outline.polygons:
             continue
@@ -121,7 +125,7 @@ def lots_ahead(
         )
         is_near, name = away <= AGAIN_M, str(row["name"])
         newest = newest_survey(connection, row["id"]) if is_near else None
-        due = newest is not None and is_due(row["id"], name, newest[2])
+        due = newest is not None and is_due(row["id"], alone.get(row["name"], ""), newest[2])
         found.append(LotAhead(str(row["id"]), name, stalls, away, outline if is_near else Outline(), due, sections))
     return tuple(found)
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Final
 
-from sqlalchemy import ColumnElement, Connection, select
+from sqlalchemy import ColumnElement, Connection, func, select
 
 from hawk.lots.rows import is_among
 from hawk.lots.schema import LOT
@@ -47,6 +47,15 @@ def names_of(connection: Connection, lots: Sequence[str]) -> dict[str, str]:
     return {str(row.id): str(row.name) for row in rows}
 
 
+def names_alone(connection: Connection, names: Iterable[str]) -> dict[str, str]:
+    """Return those of some lots' names that one lot has, each by itself: a schedule means no lot by another one."""
+    found = [name for name in names if isinstance(name, str)]  # a damaged one is none
+    asked = select(LOT.c.name).where(LOT.c.merged_into.is_(None), is_among(LOT.c.name))
+    shared = asked.group_by(LOT.c.name).having(func.count() > 1)
+    of_several = {*connection.execute(shared, {"among": json.dumps(found)}).scalars()}
+    return {name: name for name in found if name not in of_several}
+
+
 def lots_by_name(connection: Connection, *of: ColumnElement[bool]) -> list[str]:
     """Return the ids of the lots that were not merged into another one, by their names; ``of``: conditions."""
     rows = connection.execute(select(LOT.c.id).where(LOT.c.merged_into.is_(None), *of).order_by(LOT.c.name, LOT.c.id))
@@ -80,7 +89,8 @@ def _listed(surveys: Sequence[tuple[str, float]], length: int = _BEGINNING) -> s
 
 
 def unclear_lots(connection: Connection, given: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
-    """Return those of some names and ids that are not one lot's, and the names that there are, in their order.
+    """Return those of some names and ids that are not one lot's, and the names that there are, in their order: of lots
+    that share one their ids.
 
     Each has the ids of the lots that share the name, none where no lot has it; 10 of ids and of names at most.
     """
@@ -91,4 +101,4 @@ def unclear_lots(connection: Connection, given: Sequence[str]) -> tuple[dict[str
         for value in {row.id, row.name}:
             lots.setdefault(value, []).append(row.id)
     unclear = {each: lots.get(each, [])[:SHOWN] for each in given if len(lots.get(each, ())) != 1}
-    return unclear, [str(row.name) for row in rows[:SHOWN]]
+    return unclear, [str(row.name if len(lots[row.name]) == 1 else row.id) for row in rows[:SHOWN]]

@@ -16,6 +16,7 @@ from hawk.lots import change_log
 from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.documents import plan_edits
+from hawk.lots.names import names_alone
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan import serialize, versions
 from hawk.lots.plan.answers import Plan
@@ -47,8 +48,8 @@ from hawk.lots.values import (
 
 _Shown = Mapping[str, Any] | RowMapping
 NextDue = Callable[[str, str, float | None], datetime | None]
-"""Returns when the next survey of a lot is due, by its id, its name and the time of its newest survey, Unix seconds;
-None: there is none."""
+"""Returns when the next survey of a lot is due, by its id, its name, "" where another lot has it too, and the time of
+its newest survey, Unix seconds; None: there is none."""
 _SHOWN: Final = ("id", "seq", "lot", "layout", "placed", "free", "taken", "unknown", "blurred", "simulated", "program")
 _MORE: Final = ("latitude", "longitude", "north", "east", "turn", "doubt", "began", "ended", "candidates")
 _WRITER: Final = select(DOCUMENT.c.writer).where(DOCUMENT.c.survey == SURVEY.c.seq).correlate(SURVEY).scalar_subquery()
@@ -190,12 +191,13 @@ def listed_lots(connection: Connection, rows: Sequence[_Shown], due: NextDue = n
     shown = connection.execute(_AMONG_SURVEYS, {"among": json.dumps([*counts])}).mappings().all()
     pairs = ((row, counts[row["seq"]]) for row in shown)
     surveys = {survey.lot: survey for survey in readable(_survey_of, pairs)}
-    zones = time_zones_of(connection, rows)
+    zones, alone = time_zones_of(connection, rows), names_alone(connection, [row["name"] for row in rows])
     numbered = [(row, zone, newest[row["id"]]) for row, zone in zip(rows, zones, strict=True)]
     return [
         ListedLot(
             id=row["id"], name=row["name"], time_zone=zone, stalls=of.stalls, sections=of.sections,
-            survey_count=of.surveys, last_survey=surveys.get(row["id"]), due=due(row["id"], row["name"], of.taken_at),
+            survey_count=of.surveys, last_survey=surveys.get(row["id"]),
+            due=due(row["id"], alone.get(row["name"], ""), of.taken_at),
         )
         for row, zone, of in numbered
     ]  # fmt: skip

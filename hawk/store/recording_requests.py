@@ -129,7 +129,7 @@ class RecordingRequests:
 
         Raises PartRefusedError and OSError.
         """
-        known = self._asked(survey, drone)
+        kept = known = self._asked(survey, drone)
         if answer or not offered:
             self._keep(replace(known, answer=answer or "gone", coming=(), problem=""))
             self._drop_parts(survey, ())
@@ -146,25 +146,30 @@ class RecordingRequests:
         except PartRefusedError as error:
             self._keep(replace(known, problem=error.reason))
             raise
-        if changed != known:
+        if changed != kept:
+            self._drop_parts(survey, [each.name for each in coming])  # first: the part of a whole one is given its name
             self._keep(changed)
-            self._drop_parts(survey, [each.name for each in coming])
         for each in coming:  # a kill came behind the last part of one
             self.finish(survey, each)
         left = {each.name: self._received(survey, each) for each in self._known()[survey].coming or ()}
         return {each.name: left.get(each.name, each.bytes) for each in offered}
 
-    def begin(self, survey: str, drone: str, name: str, part: Part) -> PartWriter | None:
-        """Return what writes a part; None for one that is here already. Raises PartRefusedError and OSError."""
+    def begin(self, survey: str, drone: str, name: str, part: Part) -> PartWriter | int:
+        """Return what writes a part; for one that is here already how many bytes of the recording are.
+
+        Raises PartRefusedError and OSError.
+        """
         known = self._asked(survey, drone)
         if any(each.name == name for each in known.whole):
-            return None
+            return part.size
         coming = next((each for each in known.coming or () if each.name == name), None)
         if coming is None:
             raise PartRefusedError("unasked", "name", "was not offered: say first which recordings there are")
         if part.size != coming.bytes or not 0 <= part.start < part.end <= part.size:
             words = f"must lie in the {coming.bytes} bytes that were offered, as bytes 0-99/{coming.bytes}"
             raise PartRefusedError("wrong", "Content-Range", words)
+        if self._take_brought(known, replace(coming, digest=part.digest)):
+            return part.size
         path = self._part_of(survey, name)
         if part.digest != coming.digest:
             if part.start > 0:
@@ -175,7 +180,7 @@ class RecordingRequests:
             self._keep(_with(known, coming))
         received = self._received(survey, coming)
         if part.end <= received:
-            return None
+            return received
         if part.start != received:
             words = f"begins at byte {part.start}, and byte {received} comes next: send from there"
             raise PartRefusedError("place", "Content-Range", words)
@@ -197,6 +202,8 @@ class RecordingRequests:
             path.unlink(missing_ok=True)
             self._keep(_with(known, replace(coming, digest="")))
             raise
+        if self._take_brought(self._known()[survey], coming):
+            return True
         file = self._recordings.free_name(coming.name.removesuffix(SUFFIX))
         self._end_notes(file)
         known = self._known()[survey]
@@ -239,6 +246,17 @@ class RecordingRequests:
             one = there.get((each.name, each.bytes))
             if one is not None and each.name not in had and self._is_there(one):
                 yield one
+
+    def _take_brought(self, known: RecordingRequest, coming: ComingRecording) -> bool:
+        """Take a recording that came meanwhile for another survey of the same flight; return whether one did."""
+        brought = self._brought(known, [OfferedRecording(coming.name, coming.bytes)])
+        whole = next((each for each in brought if each.digest == coming.digest), None)
+        if whole is None:
+            return False
+        left = tuple(each for each in known.coming or () if each.name != coming.name)
+        self._drop_parts(known.survey, [each.name for each in left])
+        self._keep(replace(known, coming=left, whole=(*known.whole, whole)))
+        return True
 
     def _check_room(self, request: RecordingRequest) -> None:
         wanted, taken = request.missing(), self._recordings.taken()[0]

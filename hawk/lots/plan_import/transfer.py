@@ -25,7 +25,7 @@ from hawk.lots.plan.values import SHAPE, Draft, LayoutSection, PlanStall, shapes
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.plan_import.previews import Preview
 from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
-from hawk.lots.registration.lot_match import SAME_SHARE, which_lot
+from hawk.lots.registration.lot_match import SAME_SHARE, Candidate, which_lot
 from hawk.lots.registration.survey_place import ABOUT_M
 from hawk.lots.rows import Row
 from hawk.lots.schema import LOT, SECTION, STALL
@@ -66,14 +66,14 @@ def _check(preview: Preview, asked: Mapping[str, Any]) -> None:
 def new_ground(connection: Connection, preview: Preview) -> Outline:
     """Return the ground of a new lot. Raises LotInputError for that of another lot, which is named.
 
-    Lots that adjoin share an aisle at most: no part of the plan of one lies on a part of the other one's.
+    Lots may adjoin, and one may lie within the arms of another: no part of the plan of one lies on a part of the other
+    one's. A lot without any part is judged by its outline.
     """
     draft, datum = preview.matched.draft, preview.placement.datum
     outline = _outline(draft, datum)
     beside = [each for each in which_lot(outline, lot_places(connection)).candidates if each.overlap > 0]
     parts = _parts(draft.added, draft.begun_sections)
-    is_there = (each.overlap >= SAME_SHARE or _is_on(connection, each.lot, parts, datum) for each in beside)
-    there = next((each.lot for each, is_one in zip(beside, is_there, strict=True) if is_one), None)
+    there = next((each.lot for each in beside if _is_on(connection, each, parts, datum)), None)
     if there is not None:
         name = connection.execute(select(LOT.c.name).where(LOT.c.id == there)).scalar_one()
         raise LotInputError("lot", f"{name} is there already on the ground of this plan: import it into that lot")
@@ -84,11 +84,15 @@ def _parts(stalls: Sequence[PlanStall], sections: Sequence[LayoutSection]) -> li
     return [*geometry.polygons(shapes_of(stalls)), *(shapely.Polygon(each.outline) for each in sections)]
 
 
-def _is_on(connection: Connection, lot: str, parts: Sequence[shapely.Polygon], datum: tuple[float, float]) -> bool:
+def _is_on(
+    connection: Connection, beside: Candidate, parts: Sequence[shapely.Polygon], datum: tuple[float, float]
+) -> bool:  # fmt: skip
     """Return whether a part of a plan about a datum lies on one of a lot's by more than two stalls may overlap."""
-    row = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.id == lot)).one()
+    others = np.array(_parts(all_stalls(connection, beside.lot), sections_of(connection, beside.lot)))
+    if not len(others):
+        return beside.overlap >= SAME_SHARE
+    row = connection.execute(select(LOT.c.latitude, LOT.c.longitude).where(LOT.c.id == beside.lot)).one()
     mine = shapely.transform(parts, lambda places: about((row[0], row[1]), on_earth(datum, places))[:, :2])
-    others = np.array(_parts(all_stalls(connection, lot), sections_of(connection, lot)))
     one, other = shapely.STRtree(others).query(mine, predicate="intersects")
     shared = shapely.area(shapely.intersection(mine[one], others[other]))
     return bool((shared > MOST_OVERLAP * np.minimum(shapely.area(mine[one]), shapely.area(others[other]))).any())

@@ -22,9 +22,11 @@ from hawk.web.v1.parameters import Days, Query, query_of, validated
 from hawk.web.v1.refusals import RefusedError
 
 if TYPE_CHECKING:
-    from hawk.lots import known_lot
+    from sqlalchemy import Connection
+
+    from hawk.lots import known_lot, names
 else:
-    known_lot = late_functions("hawk.lots.known_lot")
+    known_lot, names = late_functions("hawk.lots.known_lot"), late_functions("hawk.lots.names")
 
 FOR_OPERATORS: Final = "A day is planned by operators: log in as operator."
 SLOW: Final = "The flights take too long to plan: ask again; give fewer lots the same time where this stays so."
@@ -36,11 +38,19 @@ async def due(request: web.Request) -> web.StreamResponse:
     query, lot = query_of(request, Days), request.match_info["id"]
     async with in_time(BUSY):
         store = await opened(request)
-        found = await store.read(lambda connection: known_lot.newest_survey(connection, lot))
+        found = await store.read(lambda connection: _newest(connection, lot))
     if found is None:
         raise NotFoundError("lot: there is no lot with this id; reload the list")
     moments = due_of(request)(*found, query.days)
     return await made(request, lambda: Answer(bodies.DueList(items=moments)))
+
+
+def _newest(connection: Connection, lot: str) -> tuple[str, str, float | None] | None:
+    """Return what `due_of` asks for of a lot."""
+    found = known_lot.newest_survey(connection, lot)
+    if found is None:
+        return None
+    return found[0], names.names_alone(connection, [found[1]]).get(found[1], ""), found[2]
 
 
 @answered

@@ -111,8 +111,8 @@ async def put_part(request: web.Request) -> web.StreamResponse:
     async with sending(request, drone, MOST_PARTS):
         await _check_not_deleted(request, SEND_NONE)
         writer = await _on_disk(request, partial(requests.begin, survey, drone, name, part))
-        if writer is None:
-            return changed(RecordingState(name=name, stored=part.end, bytes=part.size))
+        if isinstance(writer, int):
+            return changed(RecordingState(name=name, stored=writer, bytes=part.size))
         try:
             await receive(request, lambda chunk: _on_disk(request, partial(writer.write, chunk)))
         finally:  # also of a lost connection: what came stays

@@ -27,7 +27,7 @@ from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError
 from hawk.model.poses import GlobalPose
 from hawk.store.recording_request import OfferedRecording, Part
-from hawk.store.recording_requests import RecordingRequests
+from hawk.store.recording_requests import PartWriter, RecordingRequests
 from hawk.store.recordings import MARK, Recordings
 from hawk.store.replay import METADATA
 from hawk.store.store_lock import FILE as RUNNING
@@ -406,7 +406,7 @@ def test_of_a_survey_that_a_drone_sent_the_recordings_that_were_asked_for_go_too
         requests.offer(kept.surveys[number], drone, "", [OfferedRecording(offered, len(data))])
         part = Part(0, len(data) - number, len(data), hashlib.sha256(data).hexdigest())
         writer = requests.begin(kept.surveys[number], drone, offered, part)
-        assert writer is not None
+        assert isinstance(writer, PartWriter)
         writer.write(data[: part.end])
         writer.close()
         requests.finish(kept.surveys[number], writer.coming)
@@ -430,7 +430,7 @@ def test_a_recording_that_came_goes_with_its_own_survey_alone(kept: Kept) -> Non
         requests.offer(kept.surveys[number], f"Drone {number}", "", [OfferedRecording(name, len(data))])
         part = Part(0, len(data), len(data), hashlib.sha256(data).hexdigest())
         writer = requests.begin(kept.surveys[number], f"Drone {number}", name, part)
-        assert writer is not None
+        assert isinstance(writer, PartWriter)
         writer.write(data)
         writer.close()
         assert requests.finish(kept.surveys[number], writer.coming)
@@ -451,7 +451,7 @@ def test_the_recording_of_a_round_that_came_goes_with_each_of_its_surveys(kept: 
         if here[name] < len(data):
             part = Part(0, len(data), len(data), hashlib.sha256(data).hexdigest())
             writer = requests.begin(kept.surveys[number], drone, name, part)
-            assert writer is not None
+            assert isinstance(writer, PartWriter)
             writer.write(data)
             writer.close()
             assert requests.finish(kept.surveys[number], writer.coming)

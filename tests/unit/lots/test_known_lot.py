@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import shapely
-from sqlalchemy import insert
+from sqlalchemy import insert, update
 
-from hawk.lots import commands
+from hawk.exports.lot_places import lot_places
+from hawk.lots import commands, lists
+from hawk.lots.documents.source import lots_due
 from hawk.lots.ingest import save
 from hawk.lots.known_lot import NEAR_M, PLACE_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
 from hawk.lots.outlines import outline_json
@@ -76,6 +79,30 @@ def test_lots_ahead_have_their_distance_and_near_by_their_outline(store: Databas
             assert [each.name for each in found] == ["A", "B"]
             assert [each.away_m for each in found] == pytest.approx(aways, abs=0.05)
             assert [bool(each.outline.polygons) for each in found] == [away <= AGAIN_M for away in aways]
+
+
+def test_a_name_that_two_lots_have_makes_neither_due(store: Database) -> None:
+    asked: list[str] = []
+
+    def due(lot: str, name: str, *_: object) -> Any:
+        asked.append(name)
+
+    lots = [("AAAA", "same"), ("BBBB", "B"), ("CCCC", "same")]
+    with store.writing() as connection:
+        for lot, name in lots:
+            connection.execute(update(LOT).where(LOT.c.id == lot).values(name=name))
+        for read in (
+            lambda: lists.lots(connection, lists.Asked(), due),
+            lambda: lot_places(connection, due),
+            lambda: lots_ahead(connection, None, due),
+            lambda: lots_due(connection, due, None),
+        ):
+            asked.clear()
+            read()
+            assert {*asked} == {"", "B"}
+        assert newest_survey(connection, "same") is None
+        for lot, _ in lots:
+            connection.execute(update(LOT).where(LOT.c.id == lot).values(name=lot[0]))
 
 
 def test_the_newest_survey_of_a_lot_by_its_id_or_name(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from hawk.config.sections import StoreSettings
 from hawk.store.recording_request import OfferedRecording, Part, PartRefusedError
-from hawk.store.recording_requests import RecordingRequests
+from hawk.store.recording_requests import PartWriter, RecordingRequests
 from hawk.store.recordings import Recordings
 from tests.unit.store.recorded import recorded
 
@@ -42,7 +42,7 @@ class Desk:
         part = Part(start, end, len(data), hashlib.sha256(data).hexdigest())
         try:
             writer = self.requests.begin(survey, drone, NAME, part)
-            if writer is not None:
+            if isinstance(writer, PartWriter):
                 writer.write(data[start : (start + end) // 2 if torn else end])
                 writer.close()
                 self.requests.finish(survey, writer.coming)
@@ -167,6 +167,66 @@ def test_the_recording_of_a_round_that_came_for_one_lot_is_there_for_the_others(
     desk.recordings.delete(NAME)
     desk.requests.ask(other, DRONE, JOURNAL, 2.0)
     assert desk.requests.offer(other, DRONE, "", offered[:1]) == {NAME: 0}
+
+
+@pytest.mark.parametrize("sent", [0, 100], ids=["nothing of the second", "a part of the second"])
+def test_one_recording_that_two_lots_ask_for_comes_once(tmp_path: Path, sent: int) -> None:
+    data, desk, other = recorded(tmp_path / "r", JOURNAL), Desk(tmp_path), SURVEY.replace("1", "2")
+    for survey in (SURVEY, other):
+        desk.requests.ask(survey, DRONE, JOURNAL, 1.0)
+        desk.requests.offer(survey, DRONE, "", [OfferedRecording(NAME, len(data))])
+    if sent:
+        assert desk.put(data, 0, sent, survey=other) == ""
+    assert desk.put(data, 0, len(data)) == ""
+    part = Part(sent, sent + 1, len(data), hashlib.sha256(data).hexdigest())
+    assert desk.requests.begin(other, DRONE, NAME, part) == len(data), "the rest need not be sent"
+    desk.kill()
+    assert desk.files() == {NAME: data}
+    assert sorted(desk.surveys()[NAME]) == [SURVEY, other]
+    assert [desk.requests.progress(each).state for each in (SURVEY, other)] == ["here", "here"]
+
+
+def test_one_recording_that_two_connections_send_at_once_is_kept_once(tmp_path: Path) -> None:
+    data, desk, other = recorded(tmp_path / "r", JOURNAL), Desk(tmp_path), SURVEY.replace("1", "2")
+    part, writers = Part(0, len(data), len(data), hashlib.sha256(data).hexdigest()), {}
+    for survey in (SURVEY, other):
+        desk.requests.ask(survey, DRONE, JOURNAL, 1.0)
+        desk.requests.offer(survey, DRONE, "", [OfferedRecording(NAME, len(data))])
+        writers[survey] = desk.requests.begin(survey, DRONE, NAME, part)
+    for survey, writer in writers.items():
+        assert isinstance(writer, PartWriter)
+        writer.write(data)
+        writer.close()
+        assert desk.requests.finish(survey, writer.coming)
+    desk.kill()
+    assert desk.files() == {NAME: data}
+    assert sorted(desk.surveys()[NAME]) == [SURVEY, other]
+
+
+def test_a_kill_while_a_second_request_takes_a_whole_recording_leaves_it_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, desk, other = recorded(tmp_path / "r", JOURNAL), Desk(tmp_path), SURVEY.replace("1", "2")
+    for survey in (SURVEY, other):
+        desk.requests.ask(survey, DRONE, JOURNAL, 1.0)
+        desk.requests.offer(survey, DRONE, "", [OfferedRecording(NAME, len(data))])
+    desk.put(data, 0, 100, survey=other)
+    desk.put(data, 0, len(data))
+
+    def killed(_: RecordingRequests, survey: str, names: object) -> None:
+        raise KeyboardInterrupt
+
+    for act in (
+        lambda: desk.requests.offer(other, DRONE, "", [OfferedRecording(NAME, len(data))]),
+        lambda: desk.put(data, 100, len(data), survey=other),
+    ):
+        with monkeypatch.context() as patch:
+            patch.setattr(RecordingRequests, "_drop_parts", killed)
+            with pytest.raises(KeyboardInterrupt):
+                act()
+        desk.kill()
+        desk.surveys()
+        assert desk.files()[NAME] == data
 
 
 def test_a_file_out_of_a_backup_is_the_one_that_came_and_another_of_its_size_is_not(tmp_path: Path) -> None:

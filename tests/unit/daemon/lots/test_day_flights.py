@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 from sqlalchemy import update
 
 from hawk.config.sections import Config
@@ -119,9 +120,20 @@ async def test_a_name_of_the_schedule_that_no_lot_has_is_said_with_those_that_th
 async def test_a_name_of_the_schedule_that_two_lots_have_is_said_with_their_ids(day: Day) -> None:
     lots = [await day.store.read(partial(names.lot_named, given=f"Lot {number}")) for number in (1, 2)]
     await day.store.write(partial(commands.rename, lot_id=lots[1], name="Lot 1", who="Ada", now=1.8e9))
-    (said,) = (await day.plan(config("Lot 1"))).problems
+    plan = await day.plan(config("Lot 1"))
+    (said,) = plan.problems
+    assert plan.rounds == (), "nobody knows which lot is meant"
     assert said == f"schedule: more than one lot is called Lot 1: write the id of one: {', '.join(sorted(lots))}."
     assert (await day.plan(config(*lots))).problems == ()
+    (said,) = (await day.plan(config("Nort"))).problems
+    assert said == f"schedule: no lot has the name or id Nort: write one of {', '.join(sorted(lots))}."
+
+
+async def test_space_around_a_name_of_the_schedule_means_nothing(day: Day) -> None:
+    plan = await day.plan(config(" Lot  1 "))
+    assert (len(plan.rounds), plan.problems) == (1, ())
+    with pytest.raises(ValidationError, match="at least 1 character"):
+        config("  ")
 
 
 async def test_without_a_schedule_the_plan_says_what_to_write(day: Day) -> None:

@@ -123,6 +123,8 @@ async def test_a_name_that_two_lots_have_is_said_once_with_the_ids_to_write(stor
         assert await page.at(NOW) == ["The schedule names Lot 1, and more than one lot is called so."]
     ids = ", ".join(sorted((first, second)))
     assert page.said[0][2] == f"schedule: more than one lot is called Lot 1: write the id of one: {ids}."
+    said = await Page(store, entry()).at(NOW + timedelta(days=1))
+    assert said == ["The schedule names Lot 1, and more than one lot is called so."], "none of them is due"
     await store.write(partial(commands.rename, lot_id=second, name="Nord", who="Ada", now=ENDED))
     await store.write(partial(commands.rename, lot_id=first, name="Süd", who="Ada", now=ENDED))
     assert (await page.at(NOW))[1:] == ["The schedule names a lot that is not known: Lot 1."]

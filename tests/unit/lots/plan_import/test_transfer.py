@@ -159,6 +159,28 @@ def test_adjoining_lots_of_one_file_are_made_one_after_another(person: Importer)
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("is_within_first", [False, True])
+def test_a_lot_within_the_arms_of_another_and_a_row_behind_a_row_are_lots_of_their_own(
+    person: Importer, *, is_within_first: bool
+) -> None:
+    arms = [drawn(10, a_row=1, north=4990.0, east=east, first=first) for east, first in ((0.0, 11), (60.0, 21))]
+    around, within = [*drawn(10, north=5000.0), *arms[0], *arms[1]], drawn(6, a_row=3, north=4955.0, east=25.0)
+    for number, features in enumerate([within, around] if is_within_first else [around, within]):
+        person.begin(geojson(features), f"Lot {number}")
+    for number, north in enumerate((7000.0, 6995.0)):  # back to back
+        person.begin(geojson(drawn(20, a_row=20, north=north)), f"Row {number}")
+
+
+@pytest.mark.slow
+def test_on_the_ground_of_a_lot_without_any_stall_is_no_other_lot(person: Importer) -> None:
+    person.lot = person.begin(geojson(drawn(20, north=5000.0)), "Empty")["lot"]
+    person.open()
+    person.do("remove", all=True)
+    with pytest.raises(LotInputError, match="Empty is there already"):
+        person.begin(geojson(drawn(20, north=5000.0)), "Again")
+
+
+@pytest.mark.slow
 def test_a_survey_that_follows_is_placed_on_the_plan(tmp_path: Path) -> None:
     person = importer(tmp_path, 0)
     flown = survey(stalls=40)
