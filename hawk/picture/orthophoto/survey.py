@@ -216,11 +216,7 @@ def check_ground(mapped: PictureSurvey, source: Orthophoto, *, has_lots: bool) -
     """Refuse a survey that saw no ground though every window was looked at. Raises PictureError."""
     if mapped.area_m2 or mapped.left_out:
         return
-    words = (
-        "where the outlines lie: see that they are of this place"
-        if has_lots
-        else "it is black, white or private"
-    )
+    words = "where the outlines lie: see that they are of this place" if has_lots else "it is black, white or private"
     raise PictureError(f"{source.path.name}: shows no ground: {words}, or export the picture again")
 
 
