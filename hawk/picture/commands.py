@@ -248,8 +248,7 @@ def _run(options: argparse.Namespace) -> int:
     except errors.PictureError as error:
         _say_error(options, str(error))
         return _FAILED
-    known = b"".join(area.wkb for area in stored)
-    _check(options, known)
+    _check(options)
     asked = sources.MapRequest(
         source=options.source, out=options.out, model=options.model, outline=options.outline,
         private=options.private, check=options.check, checked=options.checked, crs=options.crs,
@@ -260,7 +259,7 @@ def _run(options: argparse.Namespace) -> int:
         stored=stored,
     )  # fmt: skip
     try:
-        with kept_source(options.out, options.source, options.private, known):
+        with kept_source(options.out, options.source, options.private):
             with progress.shown_progress(sys.stdout if options.json else sys.stderr, as_json=options.json) as show:
                 mapped = _checked(options, sources.survey_of_source(asked, show))
             kept = _write(options, mapped)
@@ -341,11 +340,8 @@ def _passed_on(options: argparse.Namespace) -> dict[str, str]:
     return {name: str(value) for name, value in given.items() if value is not None}
 
 
-def _check(options: argparse.Namespace, stored: bytes) -> None:
-    """Refuse options that do not fit together, or the store's private ground: ``stored``.
-
-    Raises ConfigError naming one and the remedy.
-    """
+def _check(options: argparse.Namespace) -> None:
+    """Refuse options that do not fit together. Raises ConfigError naming one and the remedy."""
     for name in ("source", "out"):
         if getattr(options, name) is None:
             raise ConfigError(f"{_written(name)}: is needed without --watch (see map --help)")
@@ -368,7 +364,7 @@ def _check(options: argparse.Namespace, stored: bytes) -> None:
         is_alike = other == name_of(options.source)
         words = f"{other} with other pictures" if is_alike else other
         raise ConfigError(f"--out: {options.out} holds the work on {words}; name another folder")
-    elif problem := other_private(options.out, options.private, stored):
+    elif problem := other_private(options.out, options.private):
         raise ConfigError(f"--private: {problem}")
     if options.seed is not None and options.check is None:
         raise ConfigError("--seed: only together with --check")

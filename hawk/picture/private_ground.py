@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,8 +15,9 @@ from shapely.affinity import translate
 from hawk.lots.survey.private_ground import ERROR_M
 from hawk.picture.orthophoto.grid import PixelGrid
 from hawk.picture.orthophoto.outline_lots import polygons_of
-from hawk.picture.orthophoto.source import PixelRing
-from hawk.picture.values import PictureError
+from hawk.picture.orthophoto.source import Orthophoto, PixelRing
+from hawk.picture.photographs.places import unwrap_longitudes
+from hawk.picture.values import PictureError, Shot
 
 _DEGREE_M: Final = 111_195.0
 """Metres of a degree of latitude on a sphere of 6,371 km."""
@@ -23,6 +25,8 @@ _NARROW_DEG: Final = 1.0
 """Wider ground over ±180° is no lot and no garden: it is what its corners say."""
 _SIDE: Final = 9
 """Places along a side of a picture by which its bounds on Earth are known."""
+_SHOT_REACH_M: Final = 1_000.0
+"""Ground farther from a drone, which flies at 500 m at most, is in no shot that looks down."""
 _MARGIN: Final = 0.2
 """Share of a picture's extent by which its surroundings go beyond it: sides between those places may be bent."""
 
@@ -66,6 +70,23 @@ def rings_in(grid: PixelGrid, areas: Sequence[Polygon]) -> tuple[PixelRing, ...]
                 )
             rings.append(tuple((float(x), float(y)) for x, y in ring))
     return tuple(rings)
+
+
+def touches(picture: Orthophoto, area: Polygon) -> bool:
+    """Return whether an area lies in a picture. Raises PictureError as `rings_in`."""
+    own = replace(picture, private=rings_in(picture.grid, [area]))
+    return bool(own.private_in((0, 0, picture.grid.columns, picture.grid.rows)))
+
+
+def near_shots(areas: Iterable[Polygon], shots: Sequence[Shot]) -> Iterator[Polygon]:
+    """Yield the areas that shots may show."""
+    if not shots:
+        return
+    longitudes = unwrap_longitudes(np.array([shot.longitude for shot in shots]))
+    places = np.column_stack([longitudes, [shot.latitude for shot in shots]])
+    reach = _SHOT_REACH_M / _DEGREE_M / np.array([np.cos(np.radians(places[:, 1].mean())), 1.0])
+    near = shapely.box(*(places.min(axis=0) - reach), *(places.max(axis=0) + reach))
+    yield from (area for area in areas if any(parts_near(area, near)))
 
 
 def _surroundings(grid: PixelGrid) -> Polygon:

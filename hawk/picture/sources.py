@@ -32,13 +32,14 @@ from hawk.picture.city.scheduler import Scheduler
 from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
 from hawk.picture.orthophoto.outline import read_private
+from hawk.picture.orthophoto.source import Orthophoto
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
 from hawk.picture.photos import private_ground, survey_shots
-from hawk.picture.private_ground import wider
+from hawk.picture.private_ground import near_shots, touches, wider
 from hawk.picture.shot_detections import Files, Pictures
 from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
-from hawk.picture.work_folder import ORTHOPHOTOS, WORK
+from hawk.picture.work_folder import ORTHOPHOTOS, WORK, keep_stored
 
 _UNIT: Final = re.compile("_(mm|m|deg|s)$")
 _OF_ORTHOPHOTOS: Final = ("outline", "check", "checked", "allow_host")
@@ -199,7 +200,12 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
         model=asked.model,
         provenance=_provenance(replace(asked, name=asked.name or title), name, SourceKind.ORTHOPHOTO),
     )
-    return map_city(work, partial(progress, "map"), lambda source: _check_moment(asked, source.taken)).mapped
+
+    def accept(picture: Orthophoto) -> None:
+        _check_moment(asked, picture.taken)
+        keep_stored(asked.out, (area for area in asked.stored if touches(picture, wider(area))))
+
+    return map_city(work, partial(progress, "map"), accept).mapped
 
 
 def _photographs(asked: MapRequest, progress: Progress) -> PictureSurvey:
@@ -264,6 +270,7 @@ def _of_shots(
     asked: MapRequest, provenance: Provenance, read: ShotSet, pictures: Pictures, progress: Progress
 ) -> PictureSurvey:
     work = asked.out / WORK
+    keep_stored(asked.out, near_shots(asked.stored, read.shots))
     return survey_shots(
         provenance,
         read,

@@ -6,7 +6,8 @@ card's folder or film keeps its path when the card is emptied and flown with aga
 path too, because an orthophoto that is exported again, and a VRT of more tiles, are other bytes of the same ground. A
 copy whose files have other times counts as another source: the results that are kept are of no use to it either.
 
-`SOURCE` keeps a digest of the private areas, too: the pictures in the folder lack that ground, or show it.
+`SOURCE` keeps digests of the private areas, too, of a file and of a store: the pictures in the folder lack that ground,
+or show it.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import contextlib
 import hashlib
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -24,6 +25,8 @@ from hawk.runtime.files import replace_whole
 from hawk.runtime.late import late
 
 if TYPE_CHECKING:
+    from shapely import Polygon
+
     from hawk.formats.remote_raster import RemoteRaster
     from hawk.picture import values
 else:  # the command line checks its options without numpy
@@ -37,6 +40,8 @@ FAILURES: Final = "failures"
 REPORT: Final = "report.json"
 SOURCE: Final = "source.json"
 """Names of the files that say what was found, and of which source the work is."""
+_STORED: Final = "stored_private"
+"""Key of the digest of private ground of a store's lots in `SOURCE`."""
 _OURS: Final = {WORK, WINDOWS, FAILURES, SOURCE, "store"}
 ORTHOPHOTOS: Final = (".tif", ".tiff", ".vrt", ".png", ".jpg", ".jpeg", ".jp2")
 """Endings of a source that is one picture."""
@@ -115,11 +120,11 @@ def name_of(source: Path | RemoteRaster) -> str:
     return source.resolve().name if isinstance(source, Path) else source.name
 
 
-def other_private(folder: Path, private: Path | None, stored: bytes = b"") -> str:
+def other_private(folder: Path, private: Path | None) -> str:
     """Return why work in a folder cannot go on with private areas as of `kept_source`; "" where it can, or has none."""
     with _unreadable():
         kept = json.loads((folder / SOURCE).read_bytes()).get("private")
-        digest = _digest(private, stored)
+        digest = _digest_of(private)
         if kept == digest:
             return ""
         if digest is None:
@@ -130,19 +135,49 @@ def other_private(folder: Path, private: Path | None, stored: bytes = b"") -> st
     return ""
 
 
+def keep_stored(folder: Path, areas: Iterable[Polygon]) -> None:
+    """Keep which private ground of a store's lots the work in a folder leaves out, where `kept_source` is in charge.
+
+    ``areas``: those that touch the pictures, in any order. Raises PictureError where the work that is there shows it,
+    or left other ground out: nothing is changed then.
+    """
+    parts = sorted(area.wkb for area in areas)
+    digest = hashlib.sha256(b"".join(parts)).hexdigest() if parts else None
+    try:
+        content = json.loads((folder / SOURCE).read_bytes())
+    except FileNotFoundError:
+        return
+    kept = content.get(_STORED)
+    if kept == digest:
+        return
+    if digest is None:
+        raise values.PictureError(
+            f"--store: {folder} leaves private ground of a store's lots out; name that store again, or another folder "
+            "by --out"
+        )
+    if kept is not None or any((folder / name).is_dir() for name in (WORK, WINDOWS)):
+        raise values.PictureError(
+            f"--store: the pictures in {folder} were made with other private ground than the store's lots have there "
+            "now; name another folder by --out"
+        )
+    try:
+        replace_whole(folder / SOURCE, json.dumps({**content, _STORED: digest}, ensure_ascii=False).encode())
+    except OSError as error:
+        raise values.PictureError(f"--out: {values.cannot_write(folder / SOURCE, error)}") from error
+
+
 @contextlib.contextmanager
-def kept_source(
-    folder: Path, source: Path | RemoteRaster, private: Path | None = None, stored: bytes = b""
-) -> Iterator[None]:
+def kept_source(folder: Path, source: Path | RemoteRaster, private: Path | None = None) -> Iterator[None]:
     """Keep in a folder what source its work is of, from before the work; where none was done, it goes again.
 
-    ``private``: file of areas that no picture shows; ``stored``: those of a store in any form. Raises
-    PictureError where the folder cannot be written.
+    ``private``: file of areas that no picture shows. Raises PictureError where the folder cannot be written.
     """
     made = [each for each in (folder, *folder.parents) if not each.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        content = {**WorkSource.of(source).values(), "private": _digest(private, stored)}
+        content = {**WorkSource.of(source).values(), "private": _digest_of(private)}
+        with _unreadable():
+            content[_STORED] = json.loads((folder / SOURCE).read_bytes())[_STORED]
         replace_whole(folder / SOURCE, json.dumps(content, ensure_ascii=False).encode())
     except OSError as error:
         raise values.PictureError(f"--out: {values.cannot_write(Path(error.filename or folder), error)}") from error
@@ -156,10 +191,9 @@ def kept_source(
                     each.rmdir()
 
 
-def _digest(file: Path | None, stored: bytes) -> str | None:
-    """Return the SHA-256 of a file and what is stored, None without both. Raises OSError."""
-    content = (b"" if file is None else file.read_bytes()) + stored
-    return hashlib.sha256(content).hexdigest() if content else None
+def _digest_of(file: Path | None) -> str | None:
+    """Return the SHA-256 of a file, None without one. Raises OSError."""
+    return None if file is None else hashlib.sha256(file.read_bytes()).hexdigest()
 
 
 def _facts(path: Path) -> tuple[str, int, int]:

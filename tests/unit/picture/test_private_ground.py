@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import shapely
 
+from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose
 from hawk.picture.orthophoto.grid import PixelGrid, measure_grid, system
 from hawk.picture.photos import private_ground
-from hawk.picture.private_ground import continuous, rings_in, wider
-from hawk.picture.values import PictureError
+from hawk.picture.private_ground import continuous, near_shots, rings_in, wider
+from hawk.picture.values import PictureError, Shot
 
 DEGREE_M = 111_195.0
 OVER = shapely.Polygon([(179.9998, -0.0002), (-179.9998, -0.0002), (-179.9998, 0.0002), (179.9998, 0.0002)])
@@ -62,3 +65,10 @@ def test_an_area_over_the_seam_of_a_system_is_refused_with_its_number() -> None:
 def test_an_area_round_the_earth_stays() -> None:
     assert continuous(shapely.box(-180, -90, 180, 90)).area == 360 * 180
     assert continuous(OVER).bounds == pytest.approx((179.9998, -0.0002, 180.0002, 0.0002))
+
+
+@pytest.mark.parametrize(("longitude", "is_near"), [(179.9999, True), (-179.9999, True), (179.98, False)])
+def test_ground_that_shots_may_show_is_near_one(longitude: float, is_near: bool) -> None:
+    camera = CameraModel(100, 100, 100.0, 100.0, 50.0, 50.0)
+    shot = Shot(Path("a.jpg"), camera, 0.0, longitude, None, 60.0, None, (2.0, 3.0), None)
+    assert [*near_shots([OVER, shapely.box(5, 52, 6, 53)], [shot])] == ([OVER] if is_near else [])

@@ -5,8 +5,10 @@ import shutil
 from pathlib import Path
 
 import pytest
+import shapely
 
-from hawk.picture.work_folder import SOURCE, is_ours, kept_source, other_private, other_source
+from hawk.picture.values import PictureError
+from hawk.picture.work_folder import SOURCE, WORK, is_ours, keep_stored, kept_source, other_private, other_source
 
 
 def photographs(folder: Path, *names: str, second: int = 0) -> Path:
@@ -84,3 +86,20 @@ def test_work_goes_on_with_the_private_ground_that_it_began_with_alone(out: Path
         other_private(out, others) == f"{out} leaves other ground out; name that file again, or another folder by --out"
     )
     assert other_private(tmp_path / "new", gardens) == ""
+
+
+def test_work_goes_on_with_the_stored_private_ground_that_it_began_with_alone(out: Path, tmp_path: Path) -> None:
+    garden, other, fresh = shapely.box(5, 52, 6, 53), shapely.box(6, 52, 7, 53), tmp_path / "fresh"
+    keep_stored(out, [])
+    with pytest.raises(PictureError, match=f"^--store: the pictures in {out} were made with other private ground"):
+        keep_stored(out, [garden])
+    with kept_source(fresh, tmp_path / "yard"):
+        keep_stored(fresh, [garden, other])
+        (fresh / WORK).mkdir()
+    with kept_source(fresh, tmp_path / "yard"):
+        keep_stored(fresh, [other, garden])
+        with pytest.raises(PictureError, match=r"^--store: .* name that store again, or another folder by --out"):
+            keep_stored(fresh, [])
+        with pytest.raises(PictureError, match="other private ground than the store's lots have there now"):
+            keep_stored(fresh, [other])
+    assert other_private(fresh, None) == "", "no file named it"

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import shapely
+from rasterio.transform import Affine
 
 from hawk.cli import main
 from hawk.lots import lists
@@ -26,7 +27,7 @@ from hawk.picture.orthophoto.steps import start
 from hawk.picture.orthophoto.windows import Window, task_name
 from hawk.picture.values import PictureError
 from tests.unit.lots.plan.plans import Person
-from tests.unit.picture.orthophoto.drawn import detector, lot_file
+from tests.unit.picture.orthophoto.drawn import detector, lot_file, lot_picture, placed, rgb, write
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +90,9 @@ def test_stalls_there_are_not_counted_and_the_ground_is_not_seen(picture: Path, 
 
 
 @pytest.mark.slow
-def test_private_ground_of_the_store_is_left_out_without_a_file(picture: Path, tmp_path: Path) -> None:
+def test_private_ground_of_the_store_is_left_out_without_a_file(
+    picture: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     store = tmp_path / "store"
 
     def mapped(name: str) -> dict[str, Any]:
@@ -117,6 +120,12 @@ def test_private_ground_of_the_store_is_left_out_without_a_file(picture: Path, t
     assert note not in whole["notes"]
     resumed = ["map", str(picture), "--out", str(tmp_path / "left"), "--resume"]
     assert main(resumed) != 0, "without the store its ground would be shown"
+    assert "--store: " in capsys.readouterr().err
+    assert main([*resumed, "--store", str(store)]) == 0
+    assert main(["map", str(picture), "--out", str(tmp_path / "whole"), "--resume", "--store", str(store)]) != 0
+    far = write(tmp_path / "far.tif", rgb(lot_picture()), placed("EPSG:32631", 700, 600) * Affine.translation(9000, 0))
+    elsewhere = ["map", str(far), "--out", str(tmp_path / "far"), "--resume"]
+    assert [main(elsewhere), main([*elsewhere, "--store", str(store)]), main([*elsewhere, "--check", "3"])] == [0, 0, 0]
 
 
 @pytest.mark.parametrize(("facts", "words"), [({"amenity": "parking"}, "holds parking lots"), ({}, "holds no area")])
