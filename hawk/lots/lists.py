@@ -297,7 +297,7 @@ def observations(
             raise NotFoundError("stall: there is none with this id; read the stalls of the lot again")
         conditions.append(OBSERVATION.c.stall == key)
     if hidden := hidden_stalls(connection):
-        conditions.append(OBSERVATION.c.stall.not_in(hidden))
+        conditions.append(~is_among(OBSERVATION.c.stall, hidden))
     if asked.after is not None:
         conditions.append(_behind_look(asked))
     joined = SURVEY.join(OBSERVATION, OBSERVATION.c.survey == SURVEY.c.seq).join(

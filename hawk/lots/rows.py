@@ -78,9 +78,10 @@ def read_rows(
     return found
 
 
-def is_among(column: Any) -> Any:
-    """Return the condition that a column is one of any number of values: those in ``among``, a JSON list."""
-    found = func.json_each(bindparam("among")).table_valued("value")
+def is_among(column: Any, values: Iterable[object] | None = None) -> Any:
+    """Return the condition that a column is one of any number of values; None: those in ``among``, a JSON list."""
+    among: Any = bindparam("among") if values is None else bindparam("values", json.dumps([*values]), unique=True)
+    found = func.json_each(among).table_valued("value")
     return column.in_(select(found.c.value))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from sqlalchemy import ColumnElement, Connection, func, select, tuple_
 
 from hawk.lots.plan.queries import sections_of
-from hawk.lots.rows import readable
+from hawk.lots.rows import is_among, readable
 from hawk.lots.schema import LOOKS, SURVEY
 from hawk.lots.section_lists import sections_seen
 from hawk.lots.survey.counts import COUNTS, counts_of, found_by, is_by_layout
@@ -194,7 +194,7 @@ def _beside(
     order = [each.desc() if is_earlier else each for each in place]
     is_beside: ColumnElement[bool]
     if rows:
-        shown = select(*place).where(SURVEY.c.seq.in_([row["seq"] for row in rows]))
+        shown = select(*place).where(is_among(SURVEY.c.seq, [row["seq"] for row in rows]))
         ends = [each if is_earlier else each.desc() for each in place]
         end = tuple_(*connection.execute(shown.order_by(*ends).limit(1)).one())
         here = tuple_(*place)

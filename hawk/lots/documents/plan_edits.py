@@ -25,7 +25,7 @@ from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.values import LASTING, NO_STALLS, Draft, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.rows import Row
+from hawk.lots.rows import Row, is_among
 from hawk.lots.schema import LOT_DOCUMENT, STALL
 from hawk.lots.values import LotInputError, check_fields, checked_name
 from hawk.results.label_parts import in_order
@@ -135,7 +135,7 @@ def _draft(connection: Connection, here: LotPart, present: Sequence[LayoutStall]
 def _added(connection: Connection, part: LotPart, kept: Sequence[LayoutStall]) -> tuple[LayoutStall, ...]:
     """Return stalls that no plan here has ever had, without those on ground where a stall is."""
     asked = select(STALL.c.id).where(STALL.c.ends.is_(None) | (STALL.c.ends > STALL.c.begins))
-    there = {*connection.execute(asked.where(STALL.c.id.in_([each.id for each in part.stalls]))).scalars()}
+    there = {*connection.execute(asked.where(is_among(STALL.c.id, [each.id for each in part.stalls]))).scalars()}
     used = {stall.label for stall in kept}
     new = [_stall(each, used) for each in part.stalls if each.ends is None and each.id not in there]
     over = {k for k, _, _ in geometry.overlaps_between(shapes_of(new), shapes_of(kept), MOST_OVERLAP)}

@@ -52,15 +52,17 @@ def check_places(draft: Draft, around: Sequence[LayoutStall], zones: Sequence[Pl
             raise LotInputError(draft.field, words)
 
 
-def check_extent(draft: Draft, extent: Floats) -> None:
+def check_extent(draft: Draft, extent: Floats | None) -> None:
     """Refuse stalls and sections that lie more than `MOST_APART_M` off the rest of the lot. Raises LotInputError.
 
-    ``extent`` (2, 2): the box around that rest, metres. What is near makes it larger for what goes on from there.
+    ``extent`` (2, 2): the box around that rest, metres; None: an empty lot, which is where its first part is.
+    What is near makes it larger for what goes on from there.
     """
     names = [*map(_name, draft.placed), *(each.name for each in draft.begun_sections)]
     stalls, rings = shapes_of(draft.placed)[:, :2], [np.array(each.outline) for each in draft.begun_sections]
     boxes = np.array([*((each, each) for each in stalls), *((ring.min(axis=0), ring.max(axis=0)) for ring in rings)])
     while len(boxes):
+        extent = boxes[0] if extent is None else extent
         gaps = np.maximum(np.maximum(boxes[:, 0] - extent[1], extent[0] - boxes[:, 1]), 0.0)
         away = np.hypot(*gaps.T)
         is_near = away <= MOST_APART_M

@@ -229,12 +229,12 @@ def sections_of(connection: Connection, lot: str, version: int | None = None) ->
     return [LayoutSection(**{**row, "outline": ring_of(row["outline"])}) for row in found]
 
 
-def extent_of(connection: Connection, lot: str) -> Floats:
-    """Return the least box around the datum, the stalls and the sections of a plan: its corners (2, 2), metres."""
+def extent_of(connection: Connection, lot: str) -> Floats | None:
+    """Return the least box around the stalls and sections of a plan: its corners (2, 2), metres; None without any."""
     found = connection.execute(_EXTENT, {"lot": lot}).one()
-    corners = [(0.0, 0.0)] if None in found else [(0.0, 0.0), (found[0], found[1]), (found[2], found[3])]
+    corners = [] if None in found else [(found[0], found[1]), (found[2], found[3])]
     every = np.array([*corners, *(corner for each in sections_of(connection, lot) for corner in each.outline)])
-    return np.stack((every.min(axis=0), every.max(axis=0)))
+    return np.stack((every.min(axis=0), every.max(axis=0))) if len(every) else None
 
 
 def context_of(connection: Connection, lot: str, asked: Operation) -> Context:

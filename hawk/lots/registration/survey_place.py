@@ -22,6 +22,7 @@ from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import shapes_of
 from hawk.lots.registration.frames import Floats, Move, frame_of, frames_of, is_in_place, same_stalls, turned
 from hawk.lots.registration.georeference import ground_about, on_earth
+from hawk.lots.rows import is_among
 from hawk.lots.schema import LOT, STALL, SURVEY
 from hawk.lots.tables import unpack_stalls
 from hawk.lots.values import (
@@ -215,7 +216,7 @@ def known_ground(connection: Connection, lot: str, but: str | None = None) -> Ba
     made_by = select(STALL.c.first_survey).where(STALL.c.lot == lot, was_in_plan).distinct()
     makers = connection.execute(made_by).scalars().all()
     surveys = [seq for seq in makers if seq is not None]
-    is_placed = SURVEY.c.seq.in_(surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen_ground.is_not(None)
+    is_placed = is_among(SURVEY.c.seq, surveys) & SURVEY.c.north.is_not(None) & SURVEY.c.seen_ground.is_not(None)
     rows = connection.execute(select(SURVEY).where(is_placed)).mappings().all()
     seen = union_all([Findings.stored(row).ground(Move.stored(row)) for row in rows])
     if makers and not surveys:

@@ -75,6 +75,13 @@ def test_what_lies_a_kilometre_off_the_lot_is_refused_with_the_distance_and_what
     drawn(ann, "Far", line=far)
 
 
+def test_the_first_part_of_an_empty_lot_says_where_the_lot_is(ann: Person) -> None:
+    ann.do("remove", all=True)
+    drawn(ann, "First", line=[[1500.0, 0.0], [1500.0, 56.0]])
+    with pytest.raises(LotInputError, match="Second would be 1498 m off the rest of the lot: 1000 m is the most"):
+        drawn(ann, "Second", line=[[0.0, 0.0], [0.0, 56.0]])
+
+
 def test_an_area_has_no_capacity_until_a_person_gives_one(ann: Person) -> None:
     done = ann.do("draw_section", name="Yard", outline=SQUARE, note=" permit  K2 ")
     (yard,) = done["sections"]

@@ -172,6 +172,14 @@ def test_a_lot_within_the_arms_of_another_and_a_row_behind_a_row_are_lots_of_the
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("apart", "away"), [(1800.0, 1800), (5000.0, 5000)])
+def test_two_halves_that_are_far_from_each_other_are_two_lots(person: Importer, apart: float, away: int) -> None:
+    features = [*drawn(10, north=8000.0), *drawn(10, north=8000.0 + apart, first=11)]
+    with pytest.raises(LotInputError, match=f"would be {away} m off the rest of the lot: 1000 m is the most"):
+        person.begin(geojson(features), "Halves")
+
+
+@pytest.mark.slow
 def test_on_the_ground_of_a_lot_without_any_stall_is_no_other_lot(person: Importer) -> None:
     person.lot = person.begin(geojson(drawn(20, north=5000.0)), "Empty")["lot"]
     person.open()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Iterator, Sequence
 from datetime import UTC
 from pathlib import Path
@@ -117,6 +118,17 @@ def test_a_survey_that_may_be_of_several_lots_hides_the_private_ground_of_each(a
     with ann.store.writing() as connection:
         connection.exec_driver_sql("UPDATE survey SET candidates = json_array(lot), lot = NULL, placed = 'undecided'")
         assert len(hidden_in(connection, survey_id(ann))) == 1
+
+
+def test_more_stalls_there_than_sqlite_takes_values_of_a_question_are_hidden_too(ann: Person) -> None:
+    forbid(ann, [[-100.0, -100.0], [-100.0, 100.0], [100.0, 100.0], [100.0, -100.0]])
+    with ann.store.reading() as connection:
+        driver = connection.connection.driver_connection
+        assert driver is not None
+        most = driver.setlimit(sqlite3.SQLITE_LIMIT_VARIABLE_NUMBER, 30)
+        found = lists.observations(connection, Asked(), survey_id=survey_id(ann)).items
+        driver.setlimit(sqlite3.SQLITE_LIMIT_VARIABLE_NUMBER, most)
+    assert found == []
 
 
 def test_states_of_earlier_surveys_there_are_neither_shown_nor_counted(ann: Person) -> None:
