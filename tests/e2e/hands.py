@@ -101,7 +101,7 @@ async def hover(page: Page) -> None:
 
 
 async def prefer_hand(page: Page, is_left: bool) -> None:
-    """Choose the hand that acts, and wait until the page is laid out for it."""
+    """Choose the hand that acts, and wait until the page stands so."""
     await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ leftHanded: {str(is_left).lower()} }})")
     await page.wait_for_function("(is) => document.documentElement.classList.contains('left') === is", arg=is_left)
     await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
