@@ -100,10 +100,24 @@ async def hover(page: Page) -> None:
     await state_is(page, "Holding")
 
 
+async def prefer_hand(page: Page, is_left: bool) -> None:
+    """Choose the hand that acts, and wait until the page stands so."""
+    await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ leftHanded: {str(is_left).lower()} }})")
+    await page.wait_for_function("(is) => document.documentElement.classList.contains('left') === is", arg=is_left)
+    await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+MIDDLE = """(target) => {
+  const { left, top, width, height } = target.getBoundingClientRect();
+  const there = document.elementFromPoint(left + width / 2, top + height / 2);
+  return target.contains(there);
+}"""
+
+
 async def is_within(target: Locator, size: dict[str, int]) -> bool:
-    """Return True when all of it is in sight and large enough for a finger."""
+    """Return True when all of it is in sight, its middle is uncovered, and it is large enough for a finger."""
     box = await target.bounding_box()
     assert box is not None
     inside = box["x"] >= 0 and box["y"] >= 0
     inside = inside and box["x"] + box["width"] <= size["width"] and box["y"] + box["height"] <= size["height"]
-    return inside and min(box["width"], box["height"]) >= 44
+    return inside and min(box["width"], box["height"]) >= 44 and bool(await target.evaluate(MIDDLE))

@@ -17,7 +17,7 @@ from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import pictures_of
 from tests.e2e.desk import desk_of
-from tests.e2e.hands import button, new_page, press, shows
+from tests.e2e.hands import MIDDLE, button, new_page, prefer_hand, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.test_plan_by_clicks import Store, at, chosen, done
 from tests.e2e.watching import watch
@@ -130,3 +130,21 @@ async def test_every_command_to_a_drone_is_refused(address: str) -> None:
             if message.get("Type") == "Ack":
                 answers[message["Id"]] = message
         assert not any(answer["Accepted"] for answer in answers.values())
+
+
+async def test_a_phone_on_its_side_gives_the_views_its_whole_width_to_both_hands(
+    browser: Browser, address: str
+) -> None:
+    size = {"width": 844, "height": 390}
+    page = await new_page(browser, viewport=size)
+    for place, is_left in (("fly", True), ("lots", True), ("lots", False)):
+        await page.goto(f"{address}#/{place}")
+        shown = page.locator(".side" if place == "fly" else ".view .about")
+        await expect(shown).to_be_visible()
+        await prefer_hand(page, is_left)
+        spans = await page.evaluate(
+            "['main:not(.away)', '.view'].map((each) => document.querySelector(each)?.clientWidth)"
+        )
+        assert size["width"] in spans, (place, is_left, spans)
+        for link in await page.locator(".top nav a").all() if place == "lots" else ():
+            assert await link.evaluate(MIDDLE), (place, is_left, await link.inner_text())

@@ -14,7 +14,7 @@ from playwright.async_api import Browser, Locator, Page, expect
 
 from hawk.comm.protocol.heartbeat import FenceSetup
 from hawk.survey.stack import SimulatedStack
-from tests.e2e.hands import button, hover, is_within, new_page, press, shows, slide, state_is
+from tests.e2e.hands import button, hover, is_within, new_page, prefer_hand, press, shows, slide, state_is
 from tests.e2e.watching import watch
 from tests.integration.daemon_support import LOW_HEIGHTS, health, kill_daemon, operator, over_a_picture
 from tests.pace import PATIENCE_S
@@ -29,6 +29,7 @@ SIZES = {
     "desk": DESK,
     "tablet": {"width": 820, "height": 1180},
     "phone": PHONE,
+    "small-phone": {"width": 320, "height": 568},
     "phone-on-its-side": {"width": 844, "height": 390},
 }
 U_SHAPE = ((-20, -45), (40, -45), (40, -15), (10, -15), (10, 15), (40, 15), (40, 45), (-20, 45))
@@ -213,7 +214,7 @@ async def putting_it_right(page: Page) -> None:
 
 
 async def everything_fits(page: Page, screenshots: Path) -> None:
-    """In every size and both themes: nothing is cut off at the side, and all that edits is in reach."""
+    """In every size, theme and hand: nothing is cut off at the side, and all that edits is in reach."""
     for name, size in SIZES.items():
         await page.set_viewport_size(size)  # type: ignore[arg-type]
         for theme in ("light", "dark"):
@@ -222,8 +223,10 @@ async def everything_fits(page: Page, screenshots: Path) -> None:
             await page.wait_for_timeout(EASE_MS)
             await page.screenshot(path=screenshots / f"fence-editor-{name}-{theme}.png")
             assert await page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-            for each in ("Save fence", "Cancel", "Undo", "Clear", "Import", "Export", "Hold", "Land"):
+            await prefer_hand(page, is_left=theme == "dark")
+            for each in ("Save fence", "Cancel", "Undo", "Clear", "Import", "Export", "Layers", "Hold", "Land"):
                 assert await is_within(button(page, each), size), (name, each)
+    await prefer_hand(page, is_left=False)
     await page.emulate_media(color_scheme="light")
     await page.set_viewport_size(ROOMY)  # type: ignore[arg-type]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import json
 import re
 from collections.abc import Mapping
@@ -13,7 +14,7 @@ import aiohttp
 import pytest
 from playwright.async_api import Browser, FileChooser, Locator, Page, expect
 
-from tests.e2e.hands import button, is_within, new_page, press, shows
+from tests.e2e.hands import button, is_within, new_page, prefer_hand, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE, prefer
 from tests.e2e.watching import watch
 from tests.examples import nightly
@@ -21,7 +22,7 @@ from tests.pace import PATIENCE_S
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
-DESK, PHONE = {"width": 1440, "height": 900}, {"width": 390, "height": 844}
+DESK, PHONE, SMALL = {"width": 1440, "height": 900}, {"width": 390, "height": 844}, {"width": 320, "height": 568}
 PIXEL = """([North, East]) => {
   const map = document.querySelector("hawk-map");
   const { left, top } = map.querySelector(".ol").getBoundingClientRect();
@@ -251,8 +252,14 @@ async def test_a_phone_confirms_removes_and_adds_a_row(
     await correct(page)
     before = await store.stalls()
     await page.screenshot(path=screenshots / "plan-phone-1.png")
-    for name in ("Hold", "Land", "Choose", "Add row", "Undo", "Confirm all"):
-        assert await is_within(button(page, name), PHONE), name
+    assert await is_within(button(page, "Confirm all"), PHONE)
+    for size, is_left in itertools.product((SMALL, PHONE), (True, False)):
+        await page.set_viewport_size(size)  # type: ignore[arg-type]
+        await prefer_hand(page, is_left)
+        for name in ("Hold", "Land", "Choose", "Add row", "Section", "Undo", "Redo", "Turn the map", "Layers"):
+            assert await is_within(button(page, name), size), (size, is_left, name)
+        wide = await page.evaluate("[document.querySelector('.map').clientWidth, document.body.scrollWidth]")
+        assert wide == [size["width"]] * 2
     for label in ("D 2", "D 4"):
         await page.touchscreen.tap(*await at(page, before[label]))
     await expect(chosen(page)).to_have_text("2 stalls are chosen")

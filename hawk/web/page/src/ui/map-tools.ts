@@ -35,7 +35,7 @@ export class MapTools extends Part {
   }
 
   private tool(label: string, name: IconName, run: () => void, on?: boolean): TemplateResult {
-    return html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class=${on ? "on" : ""} @click=${run}>
+    return html`<button aria-label=${label} title=${label} aria-pressed=${on ?? nothing} class="${name} ${on ? "on" : ""}" @click=${run}>
       ${icon(name)}
     </button>`;
   }
