@@ -50,9 +50,9 @@ def names_of(connection: Connection, lots: Sequence[str]) -> dict[str, str]:
 def names_alone(connection: Connection, names: Iterable[str]) -> dict[str, str]:
     """Return those of some lots' names that one lot has, each by itself: a schedule means no lot by another one."""
     found = [name for name in names if isinstance(name, str)]  # a damaged one is none
-    asked = select(LOT.c.name).where(LOT.c.merged_into.is_(None), is_among(LOT.c.name))
+    asked = select(LOT.c.name).where(LOT.c.merged_into.is_(None), is_among(LOT.c.name, found))
     shared = asked.group_by(LOT.c.name).having(func.count() > 1)
-    of_several = {*connection.execute(shared, {"among": json.dumps(found)}).scalars()}
+    of_several = {*connection.execute(shared).scalars()}
     return {name: name for name in found if name not in of_several}
 
 

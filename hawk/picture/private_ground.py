@@ -95,7 +95,7 @@ def _surroundings(grid: PixelGrid) -> Polygon:
     x, y = (side.reshape(-1) for side in np.meshgrid(along * grid.columns, along * grid.rows))
     places: NDArray[np.float64] = grid.on_earth(np.column_stack([x, y]))[:, ::-1]
     places = places[np.isfinite(places).all(axis=1)]
-    places[:, 0] += 360 * np.rint((places[0, 0] - places[:, 0]) / 360)
+    places[:, 0] = unwrap_longitudes(places[:, 0])
     low, high = places.min(axis=0), places.max(axis=0)
     margin = _MARGIN * (high - low)
     return shapely.box(*(low - margin), *(high + margin))

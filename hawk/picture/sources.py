@@ -188,11 +188,12 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
     _refuse(asked, "an orthophoto", "height_m", "lenses", "calibration", "group", "place", *_OF_FILMS)
     picture = asked.source if isinstance(asked.source, RemoteRaster) else asked.source.resolve()
     name, title = (picture.name, "") if project is None else (project.name, fitting_name(project.name))
+    stored = [wider(area) for area in asked.stored]
     work = CityWork(
         picture,
         out=asked.out,
         outline=asked.outline,
-        private=(*asked.areas, *(wider(area) for area in asked.stored)),
+        private=(*asked.areas, *stored),
         hosts=asked.allow_host or (),
         workers=1 if asked.workers is None else asked.workers,
         scheduler=asked.scheduler,
@@ -203,7 +204,8 @@ def _orthophoto(asked: MapRequest, progress: Progress, project: Path | None = No
 
     def accept(picture: Orthophoto) -> None:
         _check_moment(asked, picture.taken)
-        keep_stored(asked.out, (area for area in asked.stored if touches(picture, wider(area))))
+        pairs = zip(asked.stored, stored, strict=True)
+        keep_stored(asked.out, (area for area, wide in pairs if touches(picture, wide)))
 
     return map_city(work, partial(progress, "map"), accept).mapped
 

@@ -195,10 +195,10 @@ def hidden_stalls(connection: Connection, lots: Collection[str] | None = None) -
 
     ``lots``: None for all. Earlier surveys looked at them: their states are neither shown nor counted.
     """
-    is_of = true() if lots is None else is_among(ZONE.c.lot)
+    is_of = true() if lots is None else is_among(ZONE.c.lot, lots)
     asked = select(ZONE.c.lot, ZONE.c.outline).where(ZONE.c.kind == PRIVATE, ZONE.c.ends.is_(None), is_of)
     rings: dict[str, list[Ring]] = defaultdict(list)
-    for lot, outline in connection.execute(asked, {} if lots is None else {"among": json.dumps([*lots])}):
+    for lot, outline in connection.execute(asked):
         rings[lot].append(ring_of(outline))
     hidden: set[int] = set()
     for lot, private in rings.items():
