@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from hawk.runtime.process import SIMULATOR_NICENESS
+from hawk.runtime.process import AUTOGROUP, SIMULATOR_NICENESS, set_niceness
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import StackError
 from proving.faults.disk import DiskError
@@ -51,7 +52,7 @@ async def run_faults(
         say: Called with each outcome.
         copter: A real vehicle, in place of the simulated drone.
     """
-    with _in_time():
+    with in_time():
         return await _run(faults, folder, options, say, copter)
 
 
@@ -89,23 +90,30 @@ async def _run(
 
 
 @contextlib.contextmanager
-def _in_time() -> Iterator[None]:
-    """Let our session go before others, where we may, for it bears the link: the daemons would leave it no time.
+def in_time(autogroup: Path = AUTOGROUP) -> Iterator[None]:
+    """Let this thread and its session go before others, where we may: they bear the link.
 
-    A link that waits for a processor loses the autopilot on a busy computer, which is not the fault that is meant.
+    The daemons would leave it no time on a busy computer, and a late link loses the autopilot: not the fault meant.
     """
-    ours = Path(f"/proc/{os.getpid()}/autogroup")
-    try:
-        before = ours.read_text().split()[-1]
-        ours.write_text(str(SIMULATOR_NICENESS))
-    except OSError:  # no right to it, or a kernel without autogroups
-        yield
-        return
+    thread = threading.get_native_id()
+    niceness = os.getpriority(os.PRIO_PROCESS, thread)
+    session = ""
+    with contextlib.suppress(OSError):  # a kernel without autogroups
+        session = autogroup.read_text().rpartition(" ")[2].strip()
+    set_niceness(SIMULATOR_NICENESS)
+    if session:  # empty in the kernel's root group, which has none to set
+        _set_session(autogroup, str(SIMULATOR_NICENESS))
     try:
         yield
     finally:
-        with contextlib.suppress(OSError):
-            ours.write_text(before)
+        set_niceness(niceness)
+        if session:
+            _set_session(autogroup, session)
+
+
+def _set_session(autogroup: Path, niceness: str) -> None:
+    with contextlib.suppress(OSError):  # no right to it
+        autogroup.write_text(niceness)
 
 
 async def _start(rig: Rig) -> str:
