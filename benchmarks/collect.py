@@ -4,24 +4,26 @@
 
 Four drones send ten surveys each of a lot of 300 stalls; the first ones bring their lots. One process takes them in,
 one after the other, as the address of the API does. Then a drone that had no link for a week sends ``--week`` surveys
-to the desk itself over this computer's network, as its daemon does; at last it sends in flight, slowly. The pictures of
-surveys are not among them.
+to the desk itself over this computer's network, as its daemon does; at last it sends in flight, slowly, from a process
+of its own, once its first documents are there. The pictures of surveys are not among them.
 """
 
 from __future__ import annotations
 
 import asyncio
 import contextlib
+import multiprocessing
 import statistics
 import sys
 import tempfile
 import time
 import tracemalloc
 from collections.abc import AsyncIterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Final
 
-from sqlalchemy import select
+from sqlalchemy import func, select
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
@@ -32,7 +34,7 @@ from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import outbox
 from hawk.lots.documents import parts, source
 from hawk.lots.ingest import save
-from hawk.lots.schema import SURVEY
+from hawk.lots.schema import DELIVERY, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.store import FILE, LotStore
 from hawk.web.access.tokens import TOKEN_FILE, rotate, rotate_drone
@@ -55,6 +57,8 @@ KBIT: Final = 300.0
 """A document of `STALLS` stalls has more."""
 UPLINK_SHARE: Final = 0.01
 UPLINK_MB: Final = 15.0
+WARM: Final = 3
+"""States that a drone has sent before its time in flight is taken."""
 _LONGEST_S: Final = 900.0
 
 Sent = tuple[str, str, bytes]
@@ -131,12 +135,16 @@ async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
 
 
 async def in_flight(folder: Path, seconds: float, kbit_s: int) -> tuple[float, float]:
-    """Return the share of a core, and the most memory (MB), that a sender takes which sends all the time in flight."""
+    """Return the share of a core, and the most memory (MB), that a sender takes which sends all the time in flight.
+
+    Raises BenchmarkError when the desk has no first document in time.
+    """
     async with contextlib.AsyncExitStack() as stack:
         surveys = SURVEYS + int(seconds * kbit_s / KBIT)
-        drone, settings, _ = await stack.enter_async_context(_drone_and_desk(folder, surveys))
+        drone, settings, target = await stack.enter_async_context(_drone_and_desk(folder, surveys))
         slow = settings.model_copy(update={"kbit_s": kbit_s})
-        await stack.enter_async_context(_sending(drone, slow, SenderTimes(), is_flown=True))
+        store = await stack.enter_async_context(_sending(drone, slow, SenderTimes(), is_flown=True))
+        await _first_sent(store, target)
         began, used = time.perf_counter(), time.process_time()
         await asyncio.sleep(seconds)
         share = (time.process_time() - used) / (time.perf_counter() - began)
@@ -145,6 +153,26 @@ async def in_flight(folder: Path, seconds: float, kbit_s: int) -> tuple[float, f
         _, most = tracemalloc.get_traced_memory()
         tracemalloc.stop()
     return share, most / 1e6
+
+
+async def _first_sent(store: LotStore, target: str) -> None:
+    """Wait for the first documents: a drone has loaded what it needs before it takes off. Raises BenchmarkError."""
+    began = time.perf_counter()
+    asked = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.target == target, DELIVERY.c.sent.is_not(None))
+    while await store.read(lambda c: c.execute(asked).scalar_one()) < WARM:
+        if time.perf_counter() - began > _LONGEST_S:
+            raise BenchmarkError(f"the desk has not {WARM} states after {_LONGEST_S:g} s")
+        await asyncio.sleep(0.2)
+
+
+def in_flight_alone(folder: Path, seconds: float, kbit_s: int) -> tuple[float, float]:
+    """Return `in_flight` of a process of its own: what this one holds is no part of a drone's."""
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        return pool.submit(_run_in_flight, folder, seconds, kbit_s).result()
+
+
+def _run_in_flight(folder: Path, seconds: float, kbit_s: int) -> tuple[float, float]:
+    return asyncio.run(in_flight(folder, seconds, kbit_s))
 
 
 async def until_served(port: int) -> None:
@@ -185,7 +213,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sent = documents(Path(folder))
         per_s, cpu_s = asyncio.run(measure(Path(folder), sent))
         catch_up_s, sender_s = asyncio.run(catch_up(Path(folder) / "week", options.week))
-        share, most_mb = asyncio.run(in_flight(Path(folder) / "flight", options.flight, FLIGHT_KBIT_S))
+        share, most_mb = in_flight_alone(Path(folder) / "flight", options.flight, FLIGHT_KBIT_S)
     size = statistics.mean(len(data) for _, _, data in sent) / 1e3
     figures = [
         Figure("ingest_per_s", f"surveys of {STALLS} stalls a second", per_s, "", limit=Limit(lowest=LEAST_PER_S)),

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import math
 import ssl
 import time
 from collections.abc import AsyncIterator, Callable, Mapping, Sequence
@@ -60,7 +61,10 @@ else:
 
 _LOG = logging.getLogger(__name__)
 T = TypeVar("T")
-CHUNK_BYTES: Final = 1024
+CHUNK_BYTES: Final = 16 * 1024
+"""Most bytes that are handed over at once."""
+CHUNK_S: Final = 0.25
+"""In flight a chunk takes the link for so long: the time of the processor is that of chunks, not of bytes."""
 LOTS_EVERY: Final = 6
 """Looks between two questions for lots, where nothing is sent."""
 NICENESS: Final = 15
@@ -274,13 +278,16 @@ class DocumentSender:
 
     async def _paced(self, data: bytes) -> AsyncIterator[bytes]:
         """Yield the bytes as fast as they may go: in flight at `collect.kbit_s`, without that after the landing."""
-        for start in range(0, len(data), CHUNK_BYTES):
-            chunk = data[start : start + CHUNK_BYTES]
+        bytes_s, sent = max(self._settings.kbit_s, 1) * 125.0, 0
+        while sent < len(data):
             while not self._may_send():  # noqa: ASYNC110 - the autopilot says it
                 await asyncio.sleep(PAUSE_S)
+            most = min(math.ceil(bytes_s * CHUNK_S), CHUNK_BYTES) if self._is_flown() else CHUNK_BYTES
+            chunk = data[sent : sent + most]
             yield chunk
+            sent += len(chunk)
             if self._is_flown():
-                await asyncio.sleep(len(chunk) * 8 / (max(self._settings.kbit_s, 1) * 1000))
+                await asyncio.sleep(len(chunk) / bytes_s)
 
     def _may_send(self) -> bool:
         return self._settings.kbit_s > 0 or not self._is_flown()
