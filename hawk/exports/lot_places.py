@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from sqlalchemy import ColumnElement, Connection, Row, select
 
-from hawk.lots.names import names_alone
+from hawk.lots.names import schedule_names
 from hawk.lots.queries import NextDue, never_due
 from hawk.lots.rows import readable
 from hawk.lots.schema import LOT
@@ -41,14 +41,14 @@ def lot_places(
     rows = connection.execute(_LOTS.where(*of)).all()
     newest = last_surveys_of(connection, [row.id for row in rows])
     zones = time_zones_of(connection, [row._mapping for row in rows])
-    alone = names_alone(connection, [row.name for row in rows])
+    called = schedule_names(connection, [row.name for row in rows])
     surveyed = ((lot, of) for lot, of in newest.items() if of.survey is not None)
     surveys = dict(readable(_survey_values, surveyed))
 
     def values(each: int) -> tuple[Any, ...]:
         lot, name, latitude, longitude, _ = rows[each]
         of = newest[lot]
-        at = due(lot, alone.get(name, ""), of.taken_at)
+        at = due(lot, called[name], of.taken_at)
         place = round(float(latitude), _DEGREES), round(float(longitude), _DEGREES)
         due_at = None if at is None else utc(at.timestamp())
         return lot, name, *place, zones[each], of.stalls, of.surveys, due_at, *surveys.get(lot, _NO_SURVEY)

@@ -13,7 +13,7 @@ from shapely import Polygon
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, func, select
 
-from hawk.lots.names import names_alone
+from hawk.lots.names import schedule_names
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
 from hawk.lots.plan.queries import all_stalls, in_plan, private_zones, sections_of
@@ -113,7 +113,7 @@ def lots_ahead(
         wanted = wanted.where(LOT.c.id.in_(named) | LOT.c.name.in_(named))
     here, found = shapely.Point(0.0, 0.0), []
     rows = connection.execute(wanted).mappings().all()
-    alone = names_alone(connection, [row["name"] for row in rows])
+    called = schedule_names(connection, [row["name"] for row in rows])
     for row in rows:
         outline = outline_of(row["outline"])
         if not outline.polygons:
@@ -125,7 +125,7 @@ def lots_ahead(
         )
         is_near, name = away <= AGAIN_M, str(row["name"])
         newest = newest_survey(connection, row["id"]) if is_near else None
-        due = newest is not None and is_due(row["id"], alone.get(row["name"], ""), newest[2])
+        due = newest is not None and is_due(row["id"], called[row["name"]], newest[2])
         found.append(LotAhead(str(row["id"]), name, stalls, away, outline if is_near else Outline(), due, sections))
     return tuple(found)
 

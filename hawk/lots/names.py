@@ -47,13 +47,14 @@ def names_of(connection: Connection, lots: Sequence[str]) -> dict[str, str]:
     return {str(row.id): str(row.name) for row in rows}
 
 
-def names_alone(connection: Connection, names: Iterable[str]) -> dict[str, str]:
-    """Return those of some lots' names that one lot has, each by itself: a schedule means no lot by another one."""
-    found = [name for name in names if isinstance(name, str)]  # a damaged one is none
+def schedule_names(connection: Connection, names: Iterable[object]) -> dict[object, str]:
+    """Return by which name a schedule means the lot of each name: "" where several lots have it, or it is damaged."""
+    given = list(names)
+    found = [name for name in given if isinstance(name, str)]
     asked = select(LOT.c.name).where(LOT.c.merged_into.is_(None), is_among(LOT.c.name, found))
     shared = asked.group_by(LOT.c.name).having(func.count() > 1)
     of_several = {*connection.execute(shared).scalars()}
-    return {name: name for name in found if name not in of_several}
+    return {name: name if isinstance(name, str) and name not in of_several else "" for name in given}
 
 
 def lots_by_name(connection: Connection, *of: ColumnElement[bool]) -> list[str]:

@@ -16,7 +16,7 @@ from hawk.lots import change_log
 from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlaces, Proposals, Survey
 from hawk.lots.change_detection import proposals
 from hawk.lots.documents import plan_edits
-from hawk.lots.names import names_alone
+from hawk.lots.names import schedule_names
 from hawk.lots.outlines import outline_of
 from hawk.lots.plan import serialize, versions
 from hawk.lots.plan.answers import Plan
@@ -191,13 +191,13 @@ def listed_lots(connection: Connection, rows: Sequence[_Shown], due: NextDue = n
     shown = connection.execute(_AMONG_SURVEYS, {"among": json.dumps([*counts])}).mappings().all()
     pairs = ((row, counts[row["seq"]]) for row in shown)
     surveys = {survey.lot: survey for survey in readable(_survey_of, pairs)}
-    zones, alone = time_zones_of(connection, rows), names_alone(connection, [row["name"] for row in rows])
+    zones, called = time_zones_of(connection, rows), schedule_names(connection, [row["name"] for row in rows])
     numbered = [(row, zone, newest[row["id"]]) for row, zone in zip(rows, zones, strict=True)]
     return [
         ListedLot(
             id=row["id"], name=row["name"], time_zone=zone, stalls=of.stalls, sections=of.sections,
             survey_count=of.surveys, last_survey=surveys.get(row["id"]),
-            due=due(row["id"], alone.get(row["name"], ""), of.taken_at),
+            due=due(row["id"], called[row["name"]], of.taken_at),
         )
         for row, zone, of in numbered
     ]  # fmt: skip

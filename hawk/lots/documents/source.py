@@ -29,7 +29,7 @@ from hawk.lots.documents.lot_document import VERSION as LOT_VERSION
 from hawk.lots.documents.parts import Ground, Part
 from hawk.lots.documents.survey_document import FORMAT, VERSION, SurveyDocument
 from hawk.lots.known_lot import newest_survey
-from hawk.lots.names import names_alone
+from hawk.lots.names import schedule_names
 from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.registration.survey_place import Doubt
@@ -196,8 +196,8 @@ def lots_due(connection: Connection, moments_of: MomentsDue, writer: str | None)
     lots = select(LOT.c.id, LOT.c.name).where(LOT.c.merged_into.is_(None), _is_of(LOT.c.id, writer))
     found: list[LotDue] = []
     rows = connection.execute(lots.order_by(LOT.c.made, LOT.c.id)).all()
-    alone = names_alone(connection, [row.name for row in rows])
-    for lot, name in ((row.id, alone.get(row.name, "")) for row in rows):
+    called = schedule_names(connection, [row.name for row in rows])
+    for lot, name in ((row.id, called[row.name]) for row in rows):
         if not moments_of(lot, name, None, DUE_DAYS) or len(found) == MOST_SCHEDULED:
             continue
         newest = newest_survey(connection, lot)

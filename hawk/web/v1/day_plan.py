@@ -50,7 +50,7 @@ def _newest(connection: Connection, lot: str) -> tuple[str, str, float | None] |
     found = known_lot.newest_survey(connection, lot)
     if found is None:
         return None
-    return found[0], names.names_alone(connection, [found[1]]).get(found[1], ""), found[2]
+    return found[0], names.schedule_names(connection, [found[1]])[found[1]], found[2]
 
 
 @answered
