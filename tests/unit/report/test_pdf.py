@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import re
 import sys
 import zlib
 
+import pikepdf
 import pytest
 from pydantic_core import to_json
 
@@ -52,6 +54,16 @@ def test_no_page_is_wider_than_its_paper_or_ends_with_one_line(read: Read) -> No
             body = [box for box in texts if box.position_y < page.height - 76]
             assert max(box.position_x + box.width for box in texts) <= page.width - 56
             assert len({round(box.position_y) for box in body}) > 3
+
+
+@pytest.mark.slow
+def test_stalls_and_their_numbers_are_no_objects_of_the_file(read: Read) -> None:
+    report = read()
+    assert report.newest is not None
+    assert report.newest.picture is not None
+    file = pikepdf.open(io.BytesIO(printed(document(report, Form()).encode(), {})))
+    drawn = [each for each in file.objects if isinstance(each, pikepdf.Stream) and "/Resources" in each]
+    assert len(drawn) < len(report.newest.picture.stalls)
 
 
 @pytest.mark.parametrize("address", ["file:///etc/hostname", "http://127.0.0.1:9/a.png"])
