@@ -15,6 +15,7 @@ import pytest
 from hawk.comm.protocol.authority import Role
 from hawk.formats import box
 from hawk.lots.store import LotStore
+from hawk.report.options import MOST_LOTS
 from hawk.web.v1 import reports
 from tests.unit.report.read_back import Book, Page, Print, pdf_writer
 from tests.unit.report.week import NAME, Week
@@ -152,6 +153,13 @@ async def test_a_file_that_takes_too_much_names_what_to_do(desk: Desk, monkeypat
     refused = await desk.report("xlsx")
     assert refused.status == 409
     assert "ask for a shorter period" in (await refused.json(content_type=None))["detail"]
+
+
+def test_a_desk_has_room_for_the_process_that_writes_the_largest_report() -> None:
+    unit = (Path(__file__).parents[4] / "packaging/systemd/hawk-desk.service").read_text()
+    assert "MemoryMax=2G" in unit
+    most = reports.LIMITS.memory_bytes + (MOST_LOTS - 1) * reports.A_LOT.memory_bytes
+    assert most <= (2 << 30) - 300_000_000, "beside the desk itself"
 
 
 @pytest.mark.slow
