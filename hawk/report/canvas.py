@@ -31,6 +31,8 @@ _LEGEND: Final = 25.0
 """Height of what stands below a picture."""
 _ZONE_LETTERS: Final = 0.56
 """Width of a letter over its size."""
+_DIGIT: Final = 0.696
+"""Width of a bold digit of DejaVu Sans over its size, as the font has it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,8 +141,9 @@ def lot_drawing(picture: LotPicture, words: Words, width: float, height: float) 
             f'<image x="{seen.left:.1f}" y="0" width="{picture.width * scale:.1f}" height="{high:.1f}" '
             f'href="data:image/jpeg;base64,{data}"/>'
         )
-    for stall in picture.stalls:
-        parts += _stall(stall, seen, picture.stall_width * scale)
+    parts += _stalls(picture.stalls, seen)
+    if picture.stall_width * scale >= _NUMBERS_FROM:
+        parts += [part for each in picture.stalls for part in _number(each, seen, picture.stall_width * scale)]
     for zone in picture.zones:
         ring = seen.ring(zone.ring)
         parts.append(f'<polygon points="{ring}" fill="none" stroke="#10161c" stroke-opacity=".7" stroke-width="3.4"/>')
@@ -183,10 +186,15 @@ _LOOKS: Final = {
 """Looks of a state, which do not rest on colour alone."""
 
 
-def _stall(stall: DrawnStall, seen: _Sheet, wide: float) -> Iterable[str]:
-    yield f'<polygon points="{seen.ring(stall.corners)}" {_LOOKS.get(stall.state, _LOOKS["unknown"])}/>'
-    if wide < _NUMBERS_FROM:
-        return
+def _stalls(stalls: Sequence[DrawnStall], seen: _Sheet) -> Iterable[str]:
+    """Yield the stalls of each state as one path: a PDF has a hatch of its own for each path."""
+    rings: dict[str, list[str]] = {state: [] for state in _LOOKS}
+    for each in stalls:
+        rings[each.state if each.state in rings else "unknown"].append(f"M{seen.ring(each.corners)}Z")
+    yield from (f'<path d="{"".join(rings[state])}" {look}/>' for state, look in _LOOKS.items() if rings[state])
+
+
+def _number(stall: DrawnStall, seen: _Sheet, wide: float) -> Iterable[str]:
     x, y = seen.at((_mean([x for x, _ in stall.corners]), _mean([y for _, y in stall.corners])))
     size = min(8.0, wide * 0.5, 1.6 * wide / max(len(stall.number), 1))
     text = stall.number if stall.state in ("free", "taken") else f"{stall.number} ?"
@@ -194,9 +202,15 @@ def _stall(stall: DrawnStall, seen: _Sheet, wide: float) -> Iterable[str]:
 
 
 def _on_ground(text: str, x: float, y: float, size: float) -> Iterable[str]:
-    """Yield a text twice: its dark edge first, since not every reader paints the edge below the letters."""
+    """Yield a text twice: its dark edge first, since not every reader paints the edge below the letters.
+
+    Digits are centred by their width, which is one: WeasyPrint makes an object of each text that has another anchor
+    than its start, and these would be most of a PDF.
+    """
+    is_number = text.isascii() and text.isdigit()
+    x, anchor = (x - len(text) * size * _DIGIT / 2, "start") if is_number else (x, "middle")
     for paint in ('fill="#10161c" stroke="#10161c" stroke-width="2" stroke-linejoin="round"', 'fill="#ffffff"'):
-        yield _text(x, y, text, "middle", size, f'font-weight="bold" {paint}')
+        yield _text(x, y, text, anchor, size, f'font-weight="bold" {paint}')
 
 
 def _zone_name(name: str, ring: Sequence[Point], seen: _Sheet, width: float, high: float) -> str:

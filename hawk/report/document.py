@@ -85,10 +85,13 @@ def document(report: Report, form: Form) -> str:
 
 
 def lots_document(report: LotsReport, parts: Sequence[Markup], form: Form) -> str:
-    """Return a report over several lots as HTML: its first page, then `lot_part` of each line."""
+    """Return a report over several lots as HTML: its first page, then `lot_part` of each line.
+
+    Without parts it is the first page alone, as `hawk.report.pdf.printed_parts` takes it: a link leads to itself.
+    """
     words = Words(form.language)
     name = words("lots", count=len(report.lines))
-    return _html(words, form.paper, [_first_page(report, words), *parts], report, name)
+    return _html(words, form.paper, [_first_page(report, words, is_alone=not parts), *parts], report, name)
 
 
 def lot_part(report: Report, form: Form) -> Markup:
@@ -108,14 +111,14 @@ def _html(words: Words, paper: Paper, parts: Sequence[Markup], report: Report | 
     )  # fmt: skip
 
 
-def _first_page(report: LotsReport, words: Words) -> Markup:
+def _first_page(report: LotsReport, words: Words, *, is_alone: bool) -> Markup:
     template = _environment().get_template("lots.html")
     made = words.moment(report.made, with_year=True)
     return Markup(  # noqa: S704 - the template escapes
         template.render(
             report=report, w=words, period=period_of(report, words), free=report.free, vehicles=report.vehicles,
             has_sections=any(each.vehicles.value is not None for each in report.lines), none_there=NONE,
-            made=made if report.clock else f"{made} UTC", notes=lots_notes(report, words),
+            made=made if report.clock else f"{made} UTC", notes=lots_notes(report, words), is_alone=is_alone,
         )
     )  # fmt: skip
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Final
 
 from markupsafe import Markup
+from pydantic_core import to_json
 from sqlalchemy import Connection
 
 from hawk.formats.box import named
@@ -17,8 +17,6 @@ from hawk.report.document import content_policy, document, lot_part, lots_docume
 from hawk.report.lots_report import LotLine, check_lots, line_of, lots_report
 from hawk.report.options import Form, Kind, Wanted
 from hawk.report.queries import read_report
-
-_MAKERS: Final[dict[Kind, str]] = {"pdf": pdf.READER, "xlsx": workbook.WRITER}
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +42,7 @@ def prepared(
     if kind == "xlsx":
         return Prepared(workbook.sheets(report, form.language), workbook.WRITER)
     html = document(report, form)
-    return Prepared(html.encode(), _MAKERS.get(kind), content_policy(html))
+    return Prepared(html.encode(), pdf.READER if kind == "pdf" else None, content_policy(html))
 
 
 def prepared_of_lots(
@@ -71,19 +69,24 @@ def prepared_of_lots(
     check_lots(ids, wanted.asked)
     lines: list[LotLine] = []
     pages: list[Markup] = []
+    documents: list[str] = []
     sheets: list[list[bytes]] = []
     for number, lot in enumerate(ids, 1):
         report = read_report(connection, pictures, replace(wanted, lot=lot), now)
         lines.append(line_of(connection, report, due))
         if kind == "xlsx":
             sheets.append(workbook.lot_sheets(report, form.language, number))
+        elif kind == "pdf":
+            documents.append(document(report, form))
         else:
             pages.append(lot_part(report, form))
     whole = lots_report(lines, wanted.asked, now)
     if kind == "xlsx":
         return Prepared(workbook.lots_sheets(whole, sheets, form.language), workbook.WRITER)
     html = lots_document(whole, pages, form)
-    return Prepared(html.encode(), _MAKERS.get(kind), content_policy(html))
+    if kind == "pdf":
+        return Prepared(to_json([html, *documents]), pdf.PARTS_READER)
+    return Prepared(html.encode(), policy=content_policy(html))
 
 
 def finished(file: Prepared) -> bytes:

@@ -36,8 +36,8 @@ else:
 
 LIMITS: Final = box.Limits(memory_bytes=1_000_000_000, cpu_s=60, longest_s=FILE_S)
 """Of the process that writes a file: the largest lot takes a third (docs/results/report.md)."""
-A_LOT: Final = box.Limits(memory_bytes=20_000_000, cpu_s=2, longest_s=10)
-"""Addition for each further lot of a report: 50 take 42 s of the processor and 1 GB (docs/results/report.md)."""
+A_LOT: Final = box.Limits(memory_bytes=10_000_000, cpu_s=6, longest_s=10)
+"""Addition for each further lot of a report: 50 take 77 s of the processor and .4 GB (docs/results/report.md)."""
 MOST_WAITING: Final = 4
 """Files that are written or wait; the next one is refused."""
 _BUSY: Final = "report: others are being written: ask again in a minute"

@@ -101,6 +101,7 @@ def test_every_dependency_to_run_is_imported() -> None:
         ("ezdxf", ["lots"]),
         ("pyproj", ["lots", "picture"]),
         ("weasyprint", ["report"]),
+        ("pikepdf", ["report"]),
     ],
 )
 def test_only_these_rooms_import_what_an_extra_brings(module: str, only: list[str]) -> None:

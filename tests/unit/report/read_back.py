@@ -7,10 +7,12 @@ import io
 import re
 import warnings
 import zipfile
+from collections import Counter
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from typing import Any
 
+import pikepdf
 import pytest
 from defusedxml import ElementTree
 
@@ -96,6 +98,65 @@ class Book:
             formulas += [str(each.text) for each in tree.iter(f"{_MAIN}f")]
             sheets[name] = [_row(row, shared) for row in tree.iter(f"{_MAIN}row")]
         return cls(sheets, parts, formulas)
+
+
+@dataclass
+class Print:
+    """A PDF: its pages, its bookmarks and the links of its first page with the pages that they lead to, from 0.
+
+    ``ids`` of heads of tables, ``heads`` that cells refer to, and ``kinds`` of elements, of its structure.
+    """
+
+    file: pikepdf.Pdf
+    pages: dict[tuple[int, int], int]
+    bookmarks: list[tuple[str, int]] = field(default_factory=list)
+    links: list[int] = field(default_factory=list)
+    ids: list[str] = field(default_factory=list)
+    heads: set[str] = field(default_factory=set)
+    kinds: Counter[str] = field(default_factory=Counter)
+
+    @classmethod
+    def of(cls, data: bytes) -> Print:
+        file = pikepdf.open(io.BytesIO(data))
+        found = cls(file, {page.obj.objgen: number for number, page in enumerate(file.pages)})
+        with file.open_outline() as outline:
+            found.bookmarks = [(each.title, found.page(each.destination[0])) for each in outline.root]  # type: ignore[index]
+        names = pikepdf.NameTree(file.Root.Names.Dests)
+        links: Any = file.pages[0].obj.get("/Annots", [])
+        found.links = [found.page(names[str(link.Dest)][0]) for link in links]
+        found._walk(file.Root.StructTreeRoot.K[0], file.Root.StructTreeRoot)
+        return found
+
+    def page(self, given: Any) -> int:
+        return self.pages[given.objgen]
+
+    def check_structure(self) -> None:
+        """Each page and each link has a key of its own, under which the structure has what is on it."""
+        nums = self.file.Root.StructTreeRoot.ParentTree.Nums
+        keys = [int(key) for key in list(nums)[::2]]
+        assert keys == list(range(len(keys)))
+        used = []
+        for number, page in enumerate(self.file.pages):
+            used.append(int(page.obj.StructParents))
+            marked = nums[2 * used[-1] + 1]
+            assert len(marked)
+            assert {self.page(each.Pg) for each in marked} == {number}
+            for link in page.obj.get("/Annots", []):
+                used.append(int(link.StructParent))
+                kids: list[Any] = list(nums[2 * used[-1] + 1].K)
+                assert link.objgen in [each.Obj.objgen for each in kids if isinstance(each, pikepdf.Dictionary)]
+        assert sorted(used) == keys
+
+    def _walk(self, element: Any, parent: Any) -> None:
+        assert element.P.objgen == parent.objgen
+        self.kinds[str(element.S)] += 1
+        self.ids += [str(element.ID)] if "/ID" in element else []
+        self.heads.update(str(each) for each in element.get("/A", {}).get("/Headers", []))
+        if "/Pg" in element:
+            self.page(element.Pg)
+        for kid in element.K:
+            if isinstance(kid, pikepdf.Dictionary) and kid.Type == "/StructElem":
+                self._walk(kid, element)
 
 
 def _shared(text: str) -> list[str]:

@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -24,7 +25,7 @@ from hawk.stats.use_query import asked_of
 from tests.unit.lots.documents.drones import Drone, collected
 from tests.unit.lots.plan.plans import FAST, Person
 from tests.unit.lots.surveys import BEGAN, box, later, survey
-from tests.unit.report.read_back import Book, Page
+from tests.unit.report.read_back import Book, Page, Print, pdf_writer
 from tests.unit.stats.test_panel_sections import street
 from tests.unit.stats.test_section_use import MONDAY
 
@@ -220,3 +221,40 @@ def test_what_cannot_be_reported_is_refused_with_the_remedy(
     assert status == 2
     assert "lot: a report is over 3 lots at most, and these are 4: ask for fewer, in several reports" in error
     assert options.MOST_LOTS == 50
+
+
+@pytest.fixture(scope="module")
+def group(made: City) -> Print:
+    """Three lots as PDF, which no test changes."""
+    pdf_writer()
+    return Print.of(made.file("pdf", "South", "<b>North", "Elm Street"))
+
+
+@pytest.mark.slow
+def test_a_pdf_has_a_bookmark_a_lot_and_the_first_page_leads_to_each(group: Print, city: City) -> None:
+    titles, tops = zip(*group.bookmarks, strict=True)
+    assert titles == ("3 lots", "South", "<b>North", "Elm Street")
+    assert list(tops) == [0, *dict.fromkeys(group.links)]  # a name on two lines is a link on each
+    assert list(tops) == sorted(set(tops))
+    alone = [len(Print.of(city.file("pdf", name)).pages) - 1 for name in ("South", "<b>North")]
+    assert [later - top for top, later in pairwise(tops[1:])] == alone
+    assert len(group.pages) > tops[-1]
+
+
+@pytest.mark.slow
+def test_a_pdf_of_several_lots_has_the_title_of_all_and_the_language(group: Print) -> None:
+    assert str(group.file.docinfo.Title).startswith("3 lots, Parking survey report")
+    assert str(group.file.docinfo.Subject).startswith("Parking survey report")
+    assert str(group.file.docinfo.Author).startswith("Parking Lot Hawk")
+    assert str(group.file.Root.Lang) == "en"
+    assert group.file.Root.MarkInfo.Marked
+
+
+@pytest.mark.slow
+def test_a_reader_by_voice_finds_each_page_link_and_head_of_a_table_of_every_lot(group: Print) -> None:
+    group.check_structure()
+    assert group.kinds["/Document"] == 1
+    assert group.kinds["/Link"] == len(group.links)
+    assert len(group.ids) == len(set(group.ids))
+    assert group.heads == set(group.ids)
+    assert {each.partition("-")[0] for each in group.ids if each.count("-") == 3} == {"1", "2", "3"}

@@ -15,8 +15,9 @@ import pytest
 from hawk.comm.protocol.authority import Role
 from hawk.formats import box
 from hawk.lots.store import LotStore
+from hawk.report.options import MOST_LOTS
 from hawk.web.v1 import reports
-from tests.unit.report.read_back import Book, Page, pdf_writer
+from tests.unit.report.read_back import Book, Page, Print, pdf_writer
 from tests.unit.report.week import NAME, Week
 from tests.unit.web.rig import Rig
 from tests.unit.web.stand import Stand
@@ -84,6 +85,9 @@ async def test_pdf_and_workbook_are_written_by_a_process_of_their_own(desk: Desk
     assert book.status == 200
     assert Book.of(await book.read()).sheets["Summary"][1][1] == NAME
     assert book.headers["Content-Disposition"].startswith("attachment")
+    lots = await desk.get("/report.pdf")
+    assert (lots.status, lots.content_type) == (200, "application/pdf")
+    assert [name for name, _ in Print.of(await lots.read()).bookmarks] == ["One lot", NAME]
 
 
 @pytest.mark.slow
@@ -151,6 +155,13 @@ async def test_a_file_that_takes_too_much_names_what_to_do(desk: Desk, monkeypat
     assert "ask for a shorter period" in (await refused.json(content_type=None))["detail"]
 
 
+def test_a_desk_has_room_for_the_process_that_writes_the_largest_report() -> None:
+    unit = (Path(__file__).parents[4] / "packaging/systemd/hawk-desk.service").read_text()
+    assert "MemoryMax=2G" in unit
+    most = reports.LIMITS.memory_bytes + (MOST_LOTS - 1) * reports.A_LOT.memory_bytes
+    assert most <= (2 << 30) - 300_000_000, "beside the desk itself"
+
+
 @pytest.mark.slow
 async def test_too_many_files_at_once_are_refused(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(reports, "MOST_WAITING", 1)
@@ -159,18 +170,26 @@ async def test_too_many_files_at_once_are_refused(desk: Desk, monkeypatch: pytes
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("library", "lots", "words"),
+    [
+        ("weasyprint", "/lots/{}", "a PDF needs WeasyPrint"),
+        ("weasyprint", "", "a PDF needs WeasyPrint"),
+        ("pikepdf", "", "a PDF of several lots needs pikepdf"),
+    ],
+)
 async def test_without_the_extra_the_remedy_is_named(
-    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, library: str, lots: str, words: str
 ) -> None:
-    missing = tmp_path / "missing" / "weasyprint"
+    missing = tmp_path / "missing" / library
     missing.mkdir(parents=True)
     (missing / "__init__.py").write_text("raise ImportError('not installed')")
     paths = [str(missing.parent), *filter(None, sys.path)]
     monkeypatch.setenv("PYTHONPATH", ":".join(paths))
-    refused = await desk.report("pdf")
+    refused = await desk.get(f"{lots.format(desk.lot)}/report.pdf")
     assert refused.status == 409
     detail = (await refused.json(content_type=None))["detail"]
-    assert "a PDF needs WeasyPrint" in detail
+    assert words in detail
     assert "ask for .html" in detail
 
 
