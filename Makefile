@@ -16,8 +16,9 @@ REAL := $(PYTEST) --dist loadscope --no-loadscope-reorder
 UNIT := $(REAL) --numprocesses 3 tests/unit
 FAST := -m 'not flight and not slow and not nightly'
 COVERED := -m 'not flight and not nightly'
-SHARING := 'not alone and not nightly'
+SHARING := 'not alone and not whole and not nightly'
 ALONE := 'alone and not nightly'
+WHOLE := 'whole and not nightly'
 # COVERAGE=1: `make test` runs the fast unit tests by `make coverage`, which prints the share of lines and branches that
 # they reach and the ten modules that they reach least, and fails when they miss a branch of a module that decides about
 # safety (proving/mutants/modules.py). Tracing doubles their time on Python 3.11, so only CI does it.
@@ -58,10 +59,10 @@ check: lint fast
 # Everything: see CONTRIBUTING.md for the time that each kind takes.
 test: setup
 	$(MAKE) --jobs 2 --output-sync lint page-check docs
-	$(MAKE) $(UNIT_KINDS) programs
+	$(MAKE) --jobs 2 --output-sync units-beside programs
 
-# Whole explorations and benchmarks' runs, many cases of what a cheaper test of `make test` shows with one, and properties
-# on more and on new examples: once a night, and before a release. An hour.
+# Whole explorations and benchmarks' runs, what cheaper tests of `make test` show too, and properties on more and on new
+# examples: once a night, and before a release. An hour.
 nightly: setup browser
 	$(UNIT) -m nightly $(ARGS)
 	$(REAL) --numprocesses 2 -m nightly tests/integration $(ARGS)
@@ -99,6 +100,10 @@ fast: $(STAMP)
 unit: $(STAMP)
 	$(UNIT) -m 'not nightly' $(ARGS)
 
+# Programs wait for each other a third of their time. Unit tests take that, and go last: programs see in real time.
+units-beside: $(STAMP)
+	nice -n 15 $(MAKE) --jobs 1 $(UNIT_KINDS)
+
 coverage: $(STAMP)
 	$(UNIT) $(COVERED) --cov --cov-report= $(ARGS)
 	$(BIN)/coverage report --sort=cover --fail-under=0 | sed -n 1,12p
@@ -122,12 +127,12 @@ contract: $(STAMP)
 
 # All programs and browsers: while one waits, another one works.
 programs: setup browser
-	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
-	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration $(ARGS)
-	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
+	$(REAL) --numprocesses 5 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration tests/e2e $(ARGS)
+	$(PYTEST) -m $(WHOLE) tests/e2e $(ARGS)
 
 e2e: setup browser
-	$(PYTEST) -m $(ALONE) tests/e2e $(ARGS)
+	$(PYTEST) -m 'not nightly and (alone or whole)' tests/e2e $(ARGS)
 	$(PYTEST) --numprocesses 2 --dist worksteal -m $(SHARING) tests/e2e $(ARGS)
 
 # Every fault on the real programs: 45 minutes, on a quiet machine. What was measured is kept in docs/results/faults.json

@@ -32,7 +32,7 @@ from tests.e2e.watching import watch
 from tests.integration.daemon_support import PatientStack, eventually, kill_daemon, operator, write_settings
 from tests.pace import speed_here
 
-pytestmark = [pytest.mark.e2e, pytest.mark.alone, pytest.mark.asyncio(loop_scope="session")]
+pytestmark = [pytest.mark.e2e, pytest.mark.whole, pytest.mark.asyncio(loop_scope="session")]
 
 SETTINGS = """
 [heights]

@@ -66,7 +66,7 @@ def rig(flown: Rig) -> Rig:
     return copy.deepcopy(flown)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_results_of_all_three_come_out(rig: Rig) -> None:
     output = [rig.run(frame) for frame in flight(30)[20:]][-1]
     assert output.sequence == 30
@@ -162,7 +162,7 @@ def test_a_picture_that_turned_beyond_its_heading_is_not_mapped_nor_are_those_ju
     assert frames == [frame for frame in flight(40) if 0.0 <= frame.captured - began < TURNED_S]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_turn_of_a_late_picture_is_mapped(monkeypatch: pytest.MonkeyPatch) -> None:
     assert left_out({3: 6.0, 4: -14.9}, monkeypatch) == []
 

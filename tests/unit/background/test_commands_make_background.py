@@ -73,7 +73,7 @@ def shown(folder: Path, zoom: int, place: tuple[float, float]) -> tuple[int, ...
     return (*pixel[2::-1], *pixel[3:])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("bands", [3, 4])
 @pytest.mark.parametrize("compression", ["none", "lzw", "deflate"])
 def test_every_place_of_the_picture_is_shown_at_its_place(tmp_path: Path, bands: int, compression: str) -> None:

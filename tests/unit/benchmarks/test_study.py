@@ -43,7 +43,7 @@ def test_the_moments_are_twelve_of_one_day_and_six_of_another_week() -> None:
     assert len(StudyLot(2).visits(3)) == 4  # with the flight that finds the lot
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_history_is_that_of_the_stays(perfect: Panel) -> None:
     history = History(STAYS, TRUE, perfect)
     noon = DAY + timedelta(hours=12)

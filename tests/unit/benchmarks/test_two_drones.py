@@ -65,7 +65,7 @@ def test_the_lots_of_both_become_one_with_one_id_of_each_stall(is_into_second: b
     assert (found(one)["same_id"], found(one)["wrong_id"], found(one)["proposed"]) == (1.0, 0.0, 1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_id_on_the_stall_beside_is_wrong_and_not_the_same() -> None:
     def one_off(visit: Visit) -> Look:
         return look(visit, shifted=visit.number == 3)
@@ -75,7 +75,7 @@ def test_an_id_on_the_stall_beside_is_wrong_and_not_the_same() -> None:
     assert (one.both, one.same, one.wrong) == (STALLS + 1, 2, STALLS), "the first and the last have one id"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_two_lots_that_nobody_proposes_as_one_have_two_sets_of_ids() -> None:
     visits = few_visits()
 

@@ -46,7 +46,7 @@ def test_points_are_carried_as_the_daemon_projects_them() -> None:
     assert turn[0] == pytest.approx(motion.turn, abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("errors", "seed", "compass"),
     [
@@ -65,7 +65,7 @@ def test_latency_within_10_ms_and_yaw_within_0_3_degrees(errors: Errors, seed: i
     assert (np.abs([found.values[0] - errors.late, *np.radians(off)]) < 4 * np.array(found.spreads)).all()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_flight_without_turns_and_leans_does_not_know_the_latency() -> None:
     """Each picture shifted by the same distance: a straight flight at one speed."""
     true = lanes(60, wobble=0.0, turns=False, speed=4.0)
@@ -81,7 +81,7 @@ def test_a_flight_without_turns_and_leans_does_not_know_the_latency() -> None:
     assert "starts and stops" in yaw.problem  # the compass may be wrong
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_flight_that_only_turns_does_not_know_the_yaw() -> None:
     true = lanes(60, seed=4)
     true.poses[:, [0, 1, 3, 4]] = 0.0
@@ -132,7 +132,7 @@ def test_a_mirrored_camera_is_refused() -> None:
         estimate(true, mirrored, CAMERA)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pairs_that_show_something_else_do_not_matter() -> None:
     """A fifth of the pairs is a wrong match."""
     true = lanes(60, seed=5)

@@ -26,7 +26,7 @@ def views(pictures: list[Picture]) -> list[View]:
     return [view for view in found if view is not None]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_rendered_boards_give_the_lens_they_were_seen_by(views: list[View]) -> None:
     assert len(views) == 19
     lens = calibrate(views, *SIZE)

@@ -45,7 +45,7 @@ async def test_an_autopilot_whose_failsafes_are_right_passes(tmp_path: Path) -> 
     assert found["Ground-station failsafe"].outcome is Outcome.PASSED
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_it_only_reads(tmp_path: Path) -> None:
     """Neither a right autopilot nor one whose failsafes are all wrong gets anything but requests."""
     for values in (GOOD, dict.fromkeys(GOOD, 0.0)):
@@ -116,7 +116,7 @@ async def test_a_gimbal_is_heard_and_points_down(
     assert "Gimbal" not in await look(vehicle, tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_attitude_of_a_gimbal_is_asked_for(tmp_path: Path) -> None:
     vehicle = FakeVehicle(GOOD)
     vehicle.settle_s = 1.0

@@ -111,7 +111,7 @@ def test_a_map_without_a_place_on_earth_is_not_shown() -> None:
     assert shown.views == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_schema_is_one() -> None:
     for schema in json_schemas().values():
         jsonschema.Draft202012Validator.check_schema(schema)

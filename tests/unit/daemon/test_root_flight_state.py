@@ -52,7 +52,7 @@ def may_fly(found: FoundState) -> bool:
     return found.state.may_fly
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_an_armed_drone_may_fly_until_it_is_disarmed(daemon: Daemon, tmp_path: Path) -> None:
     run = tmp_path / "run"
     assert not may_fly(await state_after_a_look(daemon, run))  # no autopilot was found, and none flew lately

@@ -102,7 +102,7 @@ def flying(starts: Starts) -> None:
 CRASHES: dict[str, tuple[Run, ...]] = {"before the link": (), "after it was found in the air": (in_air,)}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("steps", CRASHES.values(), ids=CRASHES)
 async def test_crashes_in_a_flight_count_on_disk_and_in_memory(computer: Computer, steps: tuple[Run, ...]) -> None:
     await computer.run(NOW, None, flying)
@@ -149,7 +149,7 @@ async def test_without_a_flight_under_way_only_a_drone_found_in_the_air_counts(s
     assert await sound.run(after(late + 2.0)) is RETURN_HOME
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("times", "counts"), [((1.0, 30.0, 60.9), [1, 2, 3]), ((1.0, 30.0, 61.0), [1, 2, 2])])
 async def test_a_start_found_in_the_air_counts_those_within_a_minute(
     computer: Computer, times: tuple[float, ...], counts: list[int]
@@ -164,7 +164,7 @@ async def test_a_start_counts_once(sound: Computer) -> None:
     assert await sound.found(after(2.0)) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("again", "rule"), [(60.9, RETURN_HOME), (61.0, ADOPT)])
 async def test_a_start_counts_for_a_minute(computer: Computer, again: float, rule: RestartRule) -> None:
     await computer.run(NOW, None, flying)

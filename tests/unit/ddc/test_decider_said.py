@@ -166,7 +166,7 @@ FALL = Fall(0.0, DATUM.latitude, DATUM.longitude, 12.0)
 
 @sweep("what", CHANGES)
 @sweep("stands", [True, False])
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_check_and_warning_is_made_of_sentences(what: str, stands: bool) -> None:
     facts = CHANGES[what](on_ground(flying(1.0)) if stands else flying(1.0))
     said = list(_checked(facts))

@@ -60,7 +60,7 @@ def test_a_velocity_that_is_not_finite_counts_as_rest() -> None:
     assert stopping_point(moving((math.nan, math.inf, math.nan), at())) == Goal(0, 0, 30, 1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(
     st.lists(st.tuples(st.floats(-80, 80), st.floats(-80, 80), st.floats(0, 80)), min_size=1, max_size=4),
     st.floats(0, 1.5),

@@ -10,7 +10,7 @@ from hawk.model.vehicle import CopterMode
 from tests.unit.ddc.fakes import Rig
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
     rig.expect(StateName.IDLE)
     rig.order(Arm())
@@ -45,7 +45,7 @@ async def test_a_survey_goes_through_all_its_states(rig: Rig) -> None:
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_land_arm_again_elsewhere_and_go_on(rig: Rig) -> None:
     for place in (0.0, 5.0):
         rig.autopilot.east = place

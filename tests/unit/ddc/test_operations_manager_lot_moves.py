@@ -29,7 +29,7 @@ async def move(rig: Rig, x: float, y: float) -> Ack:
     return answer
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_it_flies_around_what_is_not_lot_without_a_stop(flying: Rig) -> None:
     flying.sight.route = AROUND
     assert (await move(flying, 30, 40)).accepted
@@ -46,7 +46,7 @@ async def test_it_flies_around_what_is_not_lot_without_a_stop(flying: Rig) -> No
     assert ticks * 0.05 < AROUND.length_m / 4.0 + 6.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_each_target_is_on_the_route(flying: Rig) -> None:
     flying.sight.route = path((0, 0), (30, 0), (30, 40))
     await move(flying, 30, 40)
@@ -106,7 +106,7 @@ async def test_a_route_that_is_cut_off_in_flight_holds_and_says_why(flying: Rig)
     assert flying.topics.des_pose_pub.value is None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_new_route_is_flown_from_where_the_drone_is_and_reported(flying: Rig) -> None:
     flying.sight.route = AROUND
     await move(flying, 30, 40)
@@ -204,7 +204,7 @@ async def test_a_place_outside_the_fence_is_reported_at_once(flying: Rig) -> Non
     assert "fence" in answer.refused
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_it_is_reported_while_another_place_is_flown_to(flying: Rig) -> None:
     await move(flying, 60, 0)
     flying.socket.replies.clear()

@@ -126,7 +126,7 @@ async def test_an_rtl_of_the_autopilot_to_a_rally_point_that_stays_is_led_home(f
     assert from_home(flying) < 3.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_rally_points_during_rtl_are_cleared_and_rtl_goes_on(flying: Rig) -> None:
     await away(flying, 90.0)
     flying.order(ReturnToLaunch())

@@ -575,7 +575,7 @@ async def led(rig: Rig) -> Rig:
     return rig
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_home(led: Rig) -> None:
     rig, before = led, led.autopilot.asked("set_mode")
     assert len(rig.shown.travel.route) == 3

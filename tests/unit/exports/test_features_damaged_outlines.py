@@ -127,7 +127,7 @@ def test_every_front_door_answers_over_a_damaged_outline(
         assert "an outline in the store of lots is damaged" in caplog.text, name
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("data", [b"no zlib", zlib.compress(CUT.encode()), zlib.compress(b"\xff")])
 def test_every_front_door_answers_over_damaged_ground_of_a_survey(zoned: Stored, data: bytes) -> None:
     damage(zoned, "survey", "seen_ground", data)

@@ -39,7 +39,7 @@ def large(tmp_path_factory: pytest.TempPathFactory) -> ExportRecord:
     return replace(survey, stalls=tuple(made))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("suffix", "layer"), [(".geojson", None), (".gpkg", "stalls"), *nightly((".csv", None), (".kmz", None))]
 )
@@ -51,7 +51,7 @@ def test_every_stall_is_in_the_file(large: ExportRecord, tmp_path: Path, suffix:
     assert found["features"] - STALLS in (0, 1), "GeoJSON has the lot, too"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "name", ["cds", *nightly(*(name for name, feed in FEEDS.items() if feed.span is Span.SURVEY and "cds" not in name))]
 )

@@ -45,7 +45,7 @@ def shown(connection: Connection) -> list[tuple[object, ...]]:
     return list(zip(*values.values(), strict=True))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_they_are_those_of_the_list_after_each_change_of_a_survey_or_a_plan(drone: Drone) -> None:
     states = []
     for _ in days(drone):

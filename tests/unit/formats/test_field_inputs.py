@@ -69,13 +69,13 @@ def test_stalls_with_arcs_are_read() -> None:
     assert found.left_out_count == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_outline_of_a_curves_type_is_read_with_its_straight_sides() -> None:
     (lot,) = read_outline(INPUTS / "curve_outline.gpkg").shapes
     assert (lot.centroid.x, lot.centroid.y) == pytest.approx((-79.9188, 43.2597), abs=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_a_program_has_not_put_into_its_geopackage_yet_is_read(tmp_path: Path) -> None:
     lot, newer = shapely.box(5.199, 52.099, 5.201, 52.101), shapely.box(5.3, 52.0, 5.301, 52.001)
     path = tmp_path / "open.gpkg"

@@ -57,7 +57,7 @@ def log_of(store: Database, seq: int) -> str:
         return str(connection.execute(select(CHANGE.c.body).where(CHANGE.c.seq == seq)).scalar_one())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_merge_of_many_surveys_keeps_what_it_changed_and_is_undone_byte_for_byte(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db", FAST)
     kept, other = two_lots(store, STALLS)

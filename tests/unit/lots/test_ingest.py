@@ -70,7 +70,7 @@ def layout(store: Database, lot: str | None) -> dict[str, LayoutStall]:
         return {each.label: each for each in all_stalls(connection, lot)}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("text", ['{"polygons": [[[5', "{}", "[]", '{"polygons": 1, "holes": []}'])
 def test_a_damaged_outline_of_another_lot_holds_up_no_survey_and_no_list(store: Database, text: str) -> None:
     first = saved(store, survey())

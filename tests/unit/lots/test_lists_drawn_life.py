@@ -70,7 +70,7 @@ def point(north: float, east: float, to: tuple[float, float]) -> dict[str, list[
     return {"from": places[0], "to": places[1]}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_surveys_and_what_they_propose(life: Life) -> None:
     life.add(extra(without(flown(2), 7, 44)))
     last = life.add(extra(without(flown(3), 7)))
@@ -115,7 +115,7 @@ def test_edits_of_a_plan(life: Life) -> None:
     check_values(HERE / "edits.json", {"plans": plans, "lots": life.lots(), "rest": life.rest()}, digits=8)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_changes_of_lots_and_their_undo(life: Life) -> None:
     life.add(flown(2))
     away = replace(DATUM, longitude=5.01)

@@ -31,7 +31,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None:
     steps: list[str] = []
     asked = MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG)

@@ -137,7 +137,7 @@ def test_surveys_that_are_left_out_and_layouts_are_listed_with_their_reason(read
     assert len(page.tables["Surveys"]) == 12
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("language", LANGUAGES)
 @pytest.mark.parametrize("paper", PAPERS)
 def test_the_document_holds_all_that_it_shows_and_no_script(read: Read, language: Language, paper: Paper) -> None:
@@ -196,7 +196,7 @@ def test_a_high_lot_lies_on_its_side_with_north_to_the_right() -> None:
     assert northern[1] == pytest.approx(southern[1])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("damage", ["no zip", "no tile", "gone"])
 def test_a_picture_that_cannot_be_read_is_left_out_and_said(read: Read, folder: Path, damage: str) -> None:
     report = read()

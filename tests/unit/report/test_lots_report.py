@@ -105,7 +105,7 @@ def ends(text: str) -> tuple[int, int]:
     return int(low), int(high)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_first_page_has_each_lot_with_its_newest_count_and_what_is_due(city: City) -> None:
     page = city.page(*NAMES)
     head, north, elm, nobody, south, total = page.tables["Lots"]
@@ -160,7 +160,7 @@ def test_a_period_without_a_survey_says_so_of_each_lot(city: City) -> None:
     assert "1 to 2 Jan 2020" in page.words
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_workbook_has_a_sheet_of_all_lots_and_those_of_each(city: City) -> None:
     book = Book.of(city.file("xlsx", *NAMES))
     rows = book.sheets["Lots"]

@@ -29,7 +29,7 @@ def unpacked(data: bytes) -> bytes:
     return b"\n".join(found)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_pdf_has_title_author_language_and_some_pages(read: Read) -> None:
     html = document(read(), Form("fr", "letter"))
     pages = weasyprint.HTML(string=html).render().pages
@@ -46,7 +46,7 @@ def test_a_pdf_has_title_author_language_and_some_pages(read: Read) -> None:
     assert author is not None or b"/Author (Parking Lot Hawk" in inside
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_page_is_wider_than_its_paper_or_ends_with_one_line(read: Read) -> None:
     for form in (Form("fr", "letter"), Form("en", "a4"), Form("fr", "a4")):
         for page in weasyprint.HTML(string=document(read(), form)).render().pages:

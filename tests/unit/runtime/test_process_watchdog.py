@@ -202,7 +202,7 @@ def test_systemd_waits_as_long_and_has_its_own_time_again_when_the_drone_may_fly
     assert heard == [each, longer, each, b"WATCHDOG_USEC=3000000", each, b"STOPPING=1"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_it_ends_a_process_whose_parent_had_left_the_alarm_ignored_and_blocked() -> None:
     code = "import signal\nsignal.signal(14, signal.SIG_IGN)\nsignal.pthread_sigmask(signal.SIG_BLOCK, [14])\n" + HUNG
     with full_pipe() as stderr:

@@ -88,7 +88,7 @@ def test_the_tags_without_errors_are_the_truth(tmp_path: Path) -> None:
     assert (found.left_out, all(shot.lens_is_known and shot.yaw_is_sure for shot in found.shots)) == ((), True)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=4, deadline=None)
 @given(seed=st.integers(0, 10_000))
 def test_the_tags_err_by_one_bias_one_factor_and_noise(tmp_path_factory: pytest.TempPathFactory, seed: int) -> None:

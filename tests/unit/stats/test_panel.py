@@ -252,7 +252,7 @@ def test_the_same_panel_is_read_once_until_the_store_changes(store: Database) ->
         assert len(read_panel(connection, lot, EVER).surveys) == 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("zone", ["UTC", "Asia/Kathmandu"])
 @pytest.mark.parametrize(("begin", "end"), [(1, None), (None, 2), (1, 3), (3, 9), (9, 10)])
 def test_a_part_of_what_is_kept_is_that_which_is_read_alone(

@@ -425,7 +425,7 @@ async def test_closing_twice_is_fine_and_ends_the_thread(make: Make) -> None:
     assert not journal._thread.is_alive()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
     """The real thing: a child that writes is ended by SIGKILL, and everything older than a second is there."""
     child = subprocess.Popen(

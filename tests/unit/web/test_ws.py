@@ -124,7 +124,7 @@ async def test_who_only_watches_may_ask_for_a_route_and_check_a_fence(rig: Rig, 
     assert [type(command) for _, command in rig.serve_commands()] == [RouteRequest, CheckFence]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_one_clients_commands_leave_room_for_anothers(rig: Rig, connect: Connect) -> None:
     operator, watcher = await connect(), await connect()
     await operator.take_control()
@@ -348,7 +348,7 @@ async def test_heartbeats_are_at_most_ten_a_second_whatever_the_clock_does(rig: 
     assert beats <= 10
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_client_that_stops_reading_never_holds_up_another(rig: Rig, connect: Connect) -> None:
     async with browser() as session:
         stuck = await connect(session)  # never reads again

@@ -47,7 +47,7 @@ async def test_everything_comes_to_the_desk_once_with_pictures_and_what_changes_
     assert line.said == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_newest_survey_is_sent_first_and_then_the_oldest(line: Line) -> None:
     stored = [line.drone.add(later(survey(seed=n), n + 1, 24.0 * n)).survey for n in range(4)]
     async with running(line.sender()):

@@ -16,7 +16,7 @@ def _world(seed: int) -> World:
     return generate_world(seed, COARSE)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_minima_of_a_generated_world(seed: int) -> None:
     world = _world(seed)

@@ -64,7 +64,7 @@ def places(plan: SitePlan) -> dict[int | None, bytes]:
     return {stall.number: stall.corners.tobytes() for stall in plan.stalls}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", SEEDS)
 def test_stalls_that_stay_keep_their_ids_and_no_id_is_used_again(seed: int) -> None:
     plan = lot(seed)
@@ -102,7 +102,7 @@ def test_a_changed_lot_stays_a_lot(seed: int) -> None:
     assert not any(closed.contains(shapely.Point(vehicle.x, vehicle.y)) for vehicle in plan.vehicles)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_changes_follow_from_the_same_seed() -> None:
     def changed(seed: int) -> tuple[dict[int | None, bytes], list[str]]:
         plan = lot(1)
@@ -113,7 +113,7 @@ def test_the_same_changes_follow_from_the_same_seed() -> None:
     assert changed(4)[0] != changed(5)[0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_each_kind_has_its_turn() -> None:
     """A lot without room for bays gives their turn away: not every seed has all four."""
     turns = []

@@ -67,7 +67,7 @@ def test_a_stall_keeps_its_stays_whatever_other_stalls_there_are() -> None:
     assert alone == [s for s in SMALL.between(MONDAY, MONDAY + timedelta(days=3)) if s.stall == 4]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("day", "hour"),
     [(4, 8), (4, 17), (9, 13), (10, 20), *nightly((4, 12), (4, 21), (9, 10), (9, 18), (10, 9), (10, 14))],

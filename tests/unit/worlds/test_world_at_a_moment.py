@@ -37,7 +37,7 @@ def world(at: datetime) -> World:
     return generate_world(SEED, options(at))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_moment_is_the_same_world_byte_for_byte() -> None:
     again = generate_world(SEED, options(MORNING.astimezone(UTC)))
     first = world(MORNING)

@@ -94,7 +94,7 @@ def after_pass(flown_pass: Rig) -> Rig:
     return copy.deepcopy(flown_pass)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_stall_is_found_once_and_in_its_state(flown: Rig) -> None:
     assert flown.map.counts.total == len(flown.truth.stalls)
     assert flown.unmatched(flown.map.stalls.values()) == 0
@@ -190,7 +190,7 @@ def test_false_alarms_of_single_frames_do_not_count() -> None:
     assert rig.unmatched(rig.map.stalls.values()) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_pose_that_drifts_by_more_than_half_a_pitch_does_not_double_stalls(after_pass: Rig) -> None:
     rig = after_pass
     for i, east in enumerate(PASS[::-1]):

@@ -34,7 +34,7 @@ def flown() -> MapCore:
     return fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_resting_stalls_change_nothing(flown: MapCore, monkeypatch: pytest.MonkeyPatch) -> None:
     resting = flown
     assert len(resting.tracker.rows) < 0.7 * len(resting.index.stalls)

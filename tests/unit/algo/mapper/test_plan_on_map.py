@@ -75,7 +75,7 @@ def flown() -> OccupancyMap:
     return flight.fly(PASS[::-1])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_each_confirmed_stall_is_on_the_map_at_its_place_under_its_id(flown: OccupancyMap) -> None:
     found = of_plan(flown)
     assert sorted(found) == list(range(len(TRUTH.stalls)))
@@ -118,7 +118,7 @@ def test_a_confirmed_stall_that_vision_never_finds_stays_and_its_state_is_read()
     assert found[hidden].existence == 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_is_found_beside_confirmed_stalls_is_proposed_and_not_counted() -> None:
     known = np.delete(TRUTH.stalls, [10, 48], 0)
     flight = Flight(TRUTH, plan_of(known), **NOISE)
@@ -151,7 +151,7 @@ def test_a_find_alone_beyond_the_plan_is_proposed_and_a_new_part_of_the_lot_coun
     assert [stall.state is StallState.SUGGESTED for stall in beyond] == [count <= 3] * len(beyond)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
     known = np.vstack([TRUTH.stalls, TRUTH.stalls[5:6] + np.array([-7.5, 0, 0, 0, 0])])
     flight = Flight(TRUTH, plan_of(known, confirmed=False), **NOISE)
@@ -161,7 +161,7 @@ def test_a_plan_that_nobody_confirmed_is_changed_by_the_flight() -> None:
     assert not of_plan(shown)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_confirmed_row_does_not_make_proposals_of_an_unconfirmed_one() -> None:
     flags = [k < 20 for k in range(len(TRUTH.stalls))]
     flight = Flight(TRUTH, plan_of(TRUTH.stalls, flags), **NOISE)
@@ -195,7 +195,7 @@ def test_a_plan_that_a_person_changes_in_flight_replaces_the_one_before() -> Non
     assert shown.counts.suggested == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_stalls_on_ground_that_was_seen_before_the_plan_was_placed_have_a_state_at_once() -> None:
     hidden = [3, 25, 44]
     seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))

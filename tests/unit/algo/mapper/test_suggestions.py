@@ -237,7 +237,7 @@ def suggested(core: MapCore) -> list[tuple[float, float]]:
     return sorted((round(stall.east, 0), round(stall.north, 0)) for stall in those)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_cars_beside_a_lot_are_suggested_and_counted_apart(core: MapCore) -> None:
     assert suggested(core) == [(-6.0, 48.0), (0.0, 48.0), (6.0, 48.0)]
     counts: Counts = core.index.counts

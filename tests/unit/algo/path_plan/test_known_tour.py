@@ -61,7 +61,7 @@ def shown_whole(tour: KnownTour, boxes: Singles, foot: Footprint) -> list[bool]:
     return [any(shape.buffer(0.05).covers(polygon) for shape in shapes) for polygon in polygons]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=examples(8), deadline=None)
 @given(lots(), st.floats(-60.0, 60.0), st.floats(-60.0, 60.0))
 def test_every_stall_lies_as_a_whole_in_a_picture_of_the_tour(lot: Rectangles, north: float, east: float) -> None:
@@ -116,7 +116,7 @@ RING = ((-100.0, -150.0), (-100.0, 150.0), (100.0, 150.0), (100.0, -150.0))
 PARTED = Fence(RING, RING, 97.0, 100.0, zones=(ZONE,), autopilot_zones=(ZONE,))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_leg_crosses_a_zone_and_the_path_around_it_counts() -> None:
     lot = Rectangles(np.array([[60.0, -60.0], [60.0, 60.0]]), np.zeros(2), np.full(2, 5.0), np.full(2, 2.5))
     free, parted = (

@@ -31,7 +31,7 @@ def route(lot: DrawnLot, start: tuple[float, float], goal: tuple[float, float], 
     return lot_route(lot, FenceGuard(fence), start, goal, NEAR_M)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=examples(300))
 @given(lot=LOTS, data=st.data(), scale=st.sampled_from([1, 3]), fenced=st.booleans())
 def test_every_route_lies_over_lot_and_in_the_fence_and_none_means_that_there_is_none(

@@ -62,7 +62,7 @@ class SeenInParts(SeenMap):
             self.seen[:] = 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_stalls_that_pictures_have_shown_in_parts_alone_are_looked_at() -> None:
     flown = flight(off=(1.5, -1.0))
     flown.lot_map = SeenInParts(flown.known, CAMERA, (1.5, -1.0))
@@ -71,7 +71,7 @@ def test_stalls_that_pictures_have_shown_in_parts_alone_are_looked_at() -> None:
     assert flown.lot_map.whole.all()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_after_a_battery_swap_only_the_rest_is_flown() -> None:
     flown = flight()
     flown.fly(most_s=0.6 * flown.tours[0].distance_m / 5.0)
@@ -121,7 +121,7 @@ def test_without_the_plan_of_its_lot_a_tour_is_not_flown() -> None:
     assert plan.explore.reason == "nothing is mapped yet"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("off", [(3.5, -2.5), *nightly(((0.0, 0.0),))])
 def test_a_section_is_looked_at_as_well_and_moves_with_the_plan(off: tuple[float, float]) -> None:
     """A kerb 40 m beside the rows: without it no picture goes there."""

@@ -89,7 +89,7 @@ def test_the_path_between_lots_stays_inside_a_concave_fence_and_each_tour_begins
     assert guard.contains(path.north, path.east)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_lots_that_come_first_are_flown_before_nearer_ones() -> None:
     near, far = lot_at("near", 20.0, 20.0), lot_at("far", 160.0, 200.0)
     fence = Fence(RING, RING, 97.0, 100.0)
@@ -97,7 +97,7 @@ def test_lots_that_come_first_are_flown_before_nearer_ones() -> None:
     assert [tour.lot for tour in first] == ["far", "near"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_round_is_shorter_than_its_lots_one_by_one() -> None:
     lots = [lot_at("a", 160.0, 20.0), lot_at("b", 160.0, 110.0), lot_at("c", 160.0, 200.0)]
     fence = Fence(RING, RING, 97.0, 100.0)

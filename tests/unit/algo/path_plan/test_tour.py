@@ -162,7 +162,7 @@ def outlook(place: tuple[float, float], wanted: Wanted) -> Outlook:
     return Outlook(place, 0.0, wanted, Terms(FOOTPRINT, 60.0, turn_m=2.0, leg_m=2.0))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_course_leads_over_all_of_it_and_ends() -> None:
     wanted, place, course, length = ground((-50, 50, -60, 60)), (-40.0, -50.0), Course(PathPlanSettings()), 0.0
     for _ in range(600):
@@ -213,7 +213,7 @@ def test_a_course_that_was_prepared_follows_without_a_long_first_step(monkeypatc
     assert len(sweeps) > 6
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_over_wide_ground_a_course_finds_lanes() -> None:
     """Lanes as wide as the picture over 3 ha are 750 m long; what joins them, their ends and turns come on top."""
     course, seen = Course(PathPlanSettings()), outlook((-5.0, -5.0), ground((0, 150, 0, 200)))

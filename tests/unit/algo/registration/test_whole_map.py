@@ -132,7 +132,7 @@ def test_maps_far_from_each_other_have_too_few_stalls_in_common() -> None:
     assert register(LOT, far).doubt is Doubt.TOO_FEW
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(10))
 def test_another_lot_with_the_same_distances_between_rows_of_the_same_lengths_is_not_taken_for_this_one(
     seed: int,

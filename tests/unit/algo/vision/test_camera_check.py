@@ -106,7 +106,7 @@ class Flight:
 # -- one pair ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("turn_deg", [0.0, 90.0, 40.0, *nightly(180.0, -90.0)])
 def test_a_turned_camera_turns_the_measured_shift_against_the_expected_one(world: World, turn_deg: float) -> None:
     poses = [MapPose(0.0, 0.0, 35.0, 0.05, -0.1, 0.3), MapPose(3.0, 4.0, 36.0, -0.08, 0.06, 0.4)]
@@ -375,7 +375,7 @@ def test_a_drone_that_hangs_still_has_a_healthy_camera(world: World) -> None:
     assert check.evidence == Evidence()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_jump_of_the_position_is_no_motion_of_the_drone(world: World) -> None:
     """Global and local position jump together by 12 m: the picture goes on as it did."""
     check = CameraCheck()
@@ -410,7 +410,7 @@ HARDEST = (Condition.NIGHT, Condition.SNOW)
 MARKS = {condition: () if condition in HARDEST else pytest.mark.nightly for condition in Condition}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("condition", "height"),
     [

@@ -124,7 +124,7 @@ def test_a_roof_that_fills_most_of_the_picture_is_not_taken_for_the_ground(eye: 
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("walk_m_s", [-1.5, 0.7, *nightly(-0.7, 1.5)])
 def test_a_walk_of_the_position_is_seen_beside_a_roof(eye: Eye, walk_m_s: float) -> None:
     """The true drone is faster, or slower, than reported, along its flight."""
@@ -188,7 +188,7 @@ def test_pictures_are_compared_at_an_interval_and_not_over_a_long_one(eye: Eye) 
     assert eye.look(0.5, STILL, STILL) is None, "an older picture"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "reported",
     [None, replace(STILL, height=3.9), replace(STILL, yaw=math.nan)],

@@ -122,7 +122,7 @@ def is_right(looked: dict[int, float], flown: FinishedSurvey, which: np.ndarray)
     return all(truth.get(number) == taken for number, taken in looked.items())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("away", [(0.0, 0.0), (3.0, -2.0), (-12.0, 16.0), (20.0, 22.0)])
 def test_other_cars_a_bias_of_gnss_and_a_turn_change_no_id(
@@ -164,7 +164,7 @@ ROW = range(14, 23)
 """The second row: nine stalls."""
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("is_chosen", [False, True])
 @pytest.mark.parametrize(
     ("shifts", "gone", "without"),
@@ -330,7 +330,7 @@ def test_a_place_that_a_person_chose_stays_when_the_survey_goes_on(store: Databa
     assert looks(store, 2) == looked
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("place", [None, -1, 2, 0.0, True, "0", [0]])
 def test_a_place_that_is_not_listed_is_refused_with_its_remedy(store: Database, place: object) -> None:
     _, second = endless(store)

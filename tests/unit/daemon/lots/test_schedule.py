@@ -73,7 +73,7 @@ async def test_a_survey_that_was_flown_is_not_due_and_the_next_day_s_is_once(sto
     assert "nothing flies by itself" in page.said[0][2]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("ended", "is_sure"), [(2_916_000_000.0, True), (2_916_000_000.0, False), (ENDED + 86_400, False)]
 )

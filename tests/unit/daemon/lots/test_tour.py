@@ -125,7 +125,7 @@ async def test_a_lot_that_is_far_away_has_its_distance_and_no_outline(drone: Dro
     assert ahead.outline.polygons == ()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its_length_said(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
@@ -152,7 +152,7 @@ async def test_a_lot_of_sections_alone_has_a_tour_and_is_known_when_it_is_survey
     assert drone.messages == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_drone_elsewhere_gets_another_tour_unless_it_flies_it(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     drone.datum = DATUM
@@ -279,7 +279,7 @@ async def test_who_changes_the_store_in_flight_steers_nothing(
     assert len([text for text in drone.messages if "changed" in text]) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_changed_plan_is_offered_with_its_author_and_flown_when_it_was_taken(drone: Drone) -> None:
     known, tour = await in_flight(drone)
     assert offered(drone) is None
@@ -328,7 +328,7 @@ async def test_a_change_that_was_taken_back_and_new_labels_ask_nothing(drone: Dr
     assert drone.plan is known
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_after_the_flight_the_newest_plan_is_there(drone: Drone) -> None:
     await in_flight(drone)
     await add_row(drone)
@@ -364,7 +364,7 @@ async def test_a_lot_that_is_made_under_a_drone_in_flight_waits_for_who_has_cont
     assert len(drone.plan.stalls) == 40
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_changed_plan_is_offered_also_where_the_outline_or_the_asked_lot_changes(drone: Drone) -> None:
     """Clear Outline, Set Outline and Survey Again in flight take no plan that somebody else changed."""
     known, tour = await in_flight(drone)
@@ -402,7 +402,7 @@ async def round_of_two(drone: Drone) -> tuple[str, str]:
     return one, two
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_round_is_planned_over_all_its_lots_and_its_length_is_their_sum(drone: Drone) -> None:
     one, two = await round_of_two(drone)
     assert [lot.id for lot in drone.follower.current] == [one, two]
@@ -414,7 +414,7 @@ async def test_a_round_is_planned_over_all_its_lots_and_its_length_is_their_sum(
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_while_it_explores_the_tours_stay_and_after_a_swap_lots_that_are_over_are_left_out(drone: Drone) -> None:
     one, two = await round_of_two(drone)
     drone.state, drone.flies = StateName.AUTONOMOUS_EXPLORE, True
@@ -428,7 +428,7 @@ async def test_while_it_explores_the_tours_stay_and_after_a_swap_lots_that_are_o
     assert [lot.id for lot in drone.follower.current] == [one, two], "its stalls stay on the map"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_changed_plan_of_one_lot_of_a_round_is_offered_and_the_others_stay(drone: Drone) -> None:
     await round_of_two(drone)
     before = drone.follower.current

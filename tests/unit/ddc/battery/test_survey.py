@@ -234,14 +234,14 @@ async def short(rig: Rig, seconds: float) -> int:
     return sum("The battery will not last for the whole survey: about" in text for text in rig.log)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_battery_that_will_not_last_is_reported_once_and_it_explores_on(make: Make) -> None:
     rig = make()
     assert await short(rig, 60) == 1
     rig.expect(StateName.AUTONOMOUS_EXPLORE)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_it_is_not_reported_before_it_is_certain(make: Make) -> None:
     assert await short(make(), 20) == 0  # the drain of this flight is not measured yet
 

@@ -63,7 +63,7 @@ def reason(rig: Rig, given: SetOutline | ClearOutline | AutonomousExplore) -> st
 places = st.tuples(st.floats(-150.0, 150.0), st.floats(-150.0, 150.0))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=60, deadline=None)
 @given(st.lists(places, min_size=4, max_size=8, unique=True), st.booleans())
 def test_what_is_surveyed_lies_in_outline_and_drawn_fence_and_the_rest_is_counted(

@@ -101,7 +101,7 @@ def test_there_is_always_a_path_it_lies_inside_and_is_the_straight_one_where_tha
         assert path == (start, end)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=200)
 @given(fences(), share, share, share, share)
 def test_no_path_with_this_room_is_shorter(

@@ -344,7 +344,7 @@ async def test_a_return_above_the_fences_ceiling_fails_before_flight_and_is_repo
     assert not rig.command(Arm()).accepted
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_what_must_be_changed_is_noted_before_what_must_be_known(rig: Rig) -> None:
     rig.autopilot.values["RTL_ALT"] = 9_000
     await rig.run(REREAD_S + 2)
@@ -432,7 +432,7 @@ async def test_a_new_target_in_flight_is_checked_from_where_the_drone_is(concave
     concave.expect(StateName.COMPULSIVE_MOVE)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_planner_that_points_across_the_gap_is_not_followed(concave: Rig) -> None:
     concave.target_plan(EAST_ARM.north, EAST_ARM.east)
     concave.order(AutonomousExplore())

@@ -150,7 +150,7 @@ async def test_a_return_height_that_is_refused_is_reported_in_the_autopilots_wor
     assert entry.details == "parameter is locked"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_silent_autopilot_does_not_keep_it_in_configure(rig: Rig) -> None:
     rig.autopilot.silent.add("set_rtl_altitude")
     rig.order(Configure(min=12, des=25, max=48))

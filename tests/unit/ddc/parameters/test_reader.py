@@ -156,7 +156,7 @@ def test_a_parameter_that_fails_while_failsafes_are_to_be_set_is_reported() -> N
 # -- in flight --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_flight_that_is_taken_up_reads_everything_once_and_watches_what_decides(flying: Rig) -> None:
     await flying.run(2)
     once = Counter(flying.autopilot.asked("get_parameter"))

@@ -209,7 +209,7 @@ async def test_one_bad_reading_ends_no_move(flying: Rig) -> None:
     flying.expect(S.COMPULSIVE_MOVE)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_takeoff_climbs_through_the_first_metres(fresh: Rig) -> None:
     fresh.autopilot.below = lambda _north, _east: 0.0
     await fresh.enter(S.TAKEOFF)
@@ -218,7 +218,7 @@ async def test_takeoff_climbs_through_the_first_metres(fresh: Rig) -> None:
     assert not any("above what is below" in text for text in fresh.log)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_landing_goes_down_to_the_ground(flying: Rig) -> None:
     flying.autopilot.below = lambda _north, _east: 0.0
     flying.autopilot.change_mode(9)

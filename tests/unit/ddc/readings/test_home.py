@@ -93,7 +93,7 @@ async def test_a_home_within_the_tolerance_is_left_alone(flying: Rig) -> None:
     assert not any("Home" in line for line in flying.log)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_reported_after_three(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False
@@ -109,7 +109,7 @@ async def test_a_home_that_is_not_taken_is_sent_once_a_second_and_reported_after
     assert sum("was moved" in line for line in flying.log) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_station_that_moves_it_again_and_again_does_not_fill_the_log(flying: Rig) -> None:
     await flying.run(1)
     for _ in range(10):
@@ -286,7 +286,7 @@ async def test_an_rtl_of_the_autopilot_to_a_home_that_stays_outside_ends_by_land
     assert abs(flying.autopilot.north) < 3.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_home_that_is_moved_during_rtl_is_set_back_and_rtl_goes_on(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=60, y=0))
     await flying.until(S.HOVER)

@@ -45,7 +45,7 @@ async def test_only_commanding_states_send(flying: Rig, state: StateName) -> Non
     refused(flying, "sends no targets", state=state)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("mode", sorted(set(CopterMode) - {CopterMode.GUIDED}))
 async def test_only_in_guided(flying: Rig, mode: CopterMode) -> None:
     flying.autopilot.mode = mode

@@ -82,7 +82,7 @@ async def test_hold_is_refused_while_the_battery_is_low(flying: Rig) -> None:
     flying.expect(S.HOVER)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_battery_that_is_not_known_for_thirty_seconds_brings_it_home(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     fresh.autopilot.battery = None
@@ -110,7 +110,7 @@ async def test_a_lost_operator_makes_it_hold(fresh: Rig) -> None:
     assert abs(fresh.autopilot.north - north) < 9
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_lost_operator_changes_nothing_of_higher_rank(fresh: Rig) -> None:
     await fresh.enter(S.RETURN_TO_LAUNCH)
     fresh.autopilot.stuck = True
@@ -176,7 +176,7 @@ async def test_not_inside_after_ten_seconds_it_returns_home(fresh: Rig) -> None:
     assert "Still outside the fence" in fresh.command(Hold()).reason
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_fence_changes_nothing_of_higher_rank(fresh: Rig) -> None:
     await fresh.enter(S.LAND)
     fresh.autopilot.stuck = True
@@ -343,7 +343,7 @@ async def test_the_highest_rank_wins(fresh: Rig) -> None:
     fresh.expect(S.RETURN_TO_LAUNCH)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_autopilots_own_return_is_never_countermanded(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.autopilot.say("GCS Failsafe", severity=4)
@@ -419,7 +419,7 @@ async def test_a_pilot_and_the_autopilots_own_failsafe_are_left_alone(flying: Ri
     flying.expect(S.RETURN_TO_LAUNCH)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_on_the_ground_a_voltage_sends_nothing(fresh: Rig) -> None:
     await fresh.enter(S.ARM)
     fresh.autopilot.volts = 3.0 * 3

@@ -178,7 +178,7 @@ async def test_what_a_state_accepts_is_done(state: StateName, name: str, tmp_pat
 
 
 @sweep("state", StateName)
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_what_a_state_refuses_changes_nothing_and_says_why(state: StateName, tmp_path: Path) -> None:
     rig = Rig(Path(tempfile.mkdtemp(dir=tmp_path)))  # what a case before this one has set is not kept
     await rig.enter(state)

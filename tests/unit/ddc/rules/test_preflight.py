@@ -177,7 +177,7 @@ async def test_parameters_that_do_not_answer_have_not_passed(fresh: Rig) -> None
     assert max(asked.values()) <= 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_parameter_that_somebody_changes_is_noticed(rig: Rig) -> None:
     rig.autopilot.values["FENCE_ENABLE"] = 0
     await rig.run(25)
@@ -195,7 +195,7 @@ async def test_parameters_are_read_again_after_a_lost_link(rig: Rig) -> None:
     assert check(rig, "Ground-station failsafe").value == "off (FS_GCS_ENABLE 0)"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_after_a_flight_the_checks_pass_at_once(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(0.5)

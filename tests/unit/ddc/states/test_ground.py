@@ -52,7 +52,7 @@ async def test_a_refused_arm_leads_to_idle_with_the_autopilots_words(rig: Rig, r
     assert not rig.autopilot.armed
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_armed_that_comes_after_it_gave_up_is_disarmed_at_once(rig: Rig) -> None:
     rig.autopilot.silent.add("arm")
     rig.order(Arm())
@@ -182,7 +182,7 @@ async def test_hold_below_min_brakes_at_the_present_height(fresh: Rig) -> None:
     fresh.expect(S.HOVER)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_move_after_a_low_hold_climbs_to_min_first(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     await fresh.run(2.0)
@@ -196,7 +196,7 @@ async def test_the_move_after_a_low_hold_climbs_to_min_first(fresh: Rig) -> None
     assert sent[-1].height == pytest.approx(15)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_an_operator_lost_while_it_climbs_lets_the_climb_end(fresh: Rig) -> None:
     await fresh.enter(S.TAKEOFF)
     fresh.desk.present = False

@@ -36,7 +36,7 @@ async def test_hold_aims_at_the_stopping_point(fresh: Rig) -> None:
     assert fresh.autopilot.north == pytest.approx(target.north, abs=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_stopping_point_beyond_the_fence_is_brought_inside(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=144.5, y=0))
     while flying.autopilot.north < 140:
@@ -70,7 +70,7 @@ async def test_explore_without_a_lot_stays_in_hover_with_user_error_2(flying: Ri
     assert flying.manager.outcomes.user_error_text == ""
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> None:
     flying.target_plan(25, -10, height=40)
     flying.order(AutonomousExplore())
@@ -82,7 +82,7 @@ async def test_explore_follows_the_plan_with_its_height_and_yaw(flying: Rig) -> 
     assert flying.detail.endswith("% seen of the lot found so far.")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: Rig) -> None:
     flying.sight.plan = PathPlan(MapPoint(60, 0), 35.0, 0.0, speed=1.0)
     flying.order(AutonomousExplore())

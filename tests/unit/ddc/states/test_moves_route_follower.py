@@ -56,7 +56,7 @@ def free_ground(path: Route, beside: float) -> shapely.Geometry:
     return shapely.union_all(parts)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=40)
 @given(
     legs=st.lists(st.tuples(st.floats(17.0, 60.0), st.floats(-2.4, 2.4)), min_size=2, max_size=5),

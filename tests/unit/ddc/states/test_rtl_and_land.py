@@ -20,7 +20,7 @@ S = StateName
 # -- Return To Launch and Land ----------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("command", "mode"), [(ReturnToLaunch(), CopterMode.RTL), (Land(), CopterMode.LAND)])
 async def test_coming_down_is_the_autopilots_work(flying: Rig, command: ReturnToLaunch | Land, mode: int) -> None:
     flying.autopilot.north = 40
@@ -58,7 +58,7 @@ async def test_the_operator_holds_a_return(fresh: Rig) -> None:
 # -- CommunicationLost ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_it_holds_for_thirty_seconds_then_returns(fresh: Rig) -> None:
     await fresh.enter(S.COMMUNICATION_LOST)
     await fresh.run(1.0)
@@ -88,7 +88,7 @@ async def test_nothing_resumes_by_itself_when_the_operator_is_back(fresh: Rig) -
 # -- Manual -----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_pilot_takes_over_from_every_state_in_the_air(fresh: Rig) -> None:
     for state in (S.AUTONOMOUS_EXPLORE, S.COMPULSIVE_MOVE, S.RETURN_TO_LAUNCH, S.LAND):
         fresh.autopilot.put_in_air()

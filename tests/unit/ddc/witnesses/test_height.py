@@ -523,7 +523,7 @@ def test_compasses_that_fail_are_reported_once_and_shown() -> None:
 # -- the whole state machine -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_drifting_barometer_is_found_by_gnss_and_rangefinder(holding: Rig) -> None:
     """A rangefinder that follows the drone down and GNSS that follows it too, while the reported height stays."""
     topics = holding.autopilot.topics

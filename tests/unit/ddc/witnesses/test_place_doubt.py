@@ -468,7 +468,7 @@ async def test_the_operator_may_land_or_return_in_doubt(holding: Rig) -> None:
     assert holding.command(Land()).accepted
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_after_the_landing_nothing_is_doubted(holding: Rig) -> None:
     walker = Walker(holding)
     await walker.run(8.0, (0.7, 0.0))

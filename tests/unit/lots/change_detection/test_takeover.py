@@ -120,7 +120,7 @@ def test_all_leaves_out_what_would_overlap_a_stall_that_stays(archive: Archive) 
     assert len(archive.stalls()) == 61
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @SOON
 @given(drawn=st.data())
 def test_any_choice_ends_and_begins_just_what_it_names_and_is_undone_whole(

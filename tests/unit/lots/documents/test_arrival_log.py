@@ -93,7 +93,7 @@ def test_what_was_erased_is_named_no_more(connection: Connection) -> None:
     assert row["name"] == ""
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_what_comes_is_logged_with_its_outcome_and_the_order_is_in_no_other_table(tmp_path: Path) -> None:
     drone = Drone.at(tmp_path / "drone.db")
     first = drone.add(survey())

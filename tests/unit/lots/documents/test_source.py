@@ -57,7 +57,7 @@ def test_no_vehicle_is_in_a_document_and_the_counts_of_sections_are(drone: Drone
     assert '"car"' not in text
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_goes_with_every_lot_that_it_looked_at_and_those_that_became_part_of_them(drone: Drone) -> None:
     for _ in days(drone):
         for document in drone.documents():

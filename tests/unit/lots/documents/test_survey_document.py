@@ -49,7 +49,7 @@ def test_a_document_of_version_1_is_read_and_says_what_it_said() -> None:
     assert document.mosaic[0].jpeg == tile()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_a_store_says_is_read_as_it_was_packed(tmp_path: Path) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     for _ in days(drone):

@@ -157,7 +157,7 @@ def _shapes(stalls: list[Json]) -> Floats:
     return np.array([[each[name] for name in names] for each in stalls], float).reshape(-1, 5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(
     max_examples=examples(20), deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large]
 )

@@ -20,7 +20,7 @@ FIELDS = st.sampled_from(sorted({name for each in OPERATIONS for name in each.mo
 ASKED = st.builds(lambda do, fields: {"do": do, **fields}, st.sampled_from(NAMES), st.dictionaries(FIELDS, VALUES))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=examples(100), deadline=None)
 @given(VALUES | ASKED)
 def test_any_json_value_is_an_operation_or_is_refused_with_a_field_and_words(given_value: Any) -> None:

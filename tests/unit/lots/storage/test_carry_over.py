@@ -212,7 +212,7 @@ def test_a_survey_that_was_moved_before_its_lot_was_erased_is_kept(kept: Kept) -
     store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_lot_that_was_erased_with_one_that_was_merged_into_it_stays_so(kept: Kept) -> None:
     kept.change(lambda c: commands.merge(c, kept.lot, kept.other, "operator", NOW))
     merged = kept.copy.with_name("merged.db")

@@ -61,7 +61,7 @@ def test_a_lot_that_is_not_there_is_asked_for_wrongly(
     assert "Lot 1" in said
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "more", "words"),
     [

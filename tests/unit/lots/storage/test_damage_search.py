@@ -26,7 +26,7 @@ def spoil_second(path: Path) -> None:
     spoil(path, "UPDATE survey SET free = free + 1 WHERE seq = 2", SECOND)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_search_in_pieces_finds_what_one_search_finds(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     lot = filled(path)

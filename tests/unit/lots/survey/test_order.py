@@ -116,7 +116,7 @@ def of(ended: float, *, is_sure: bool) -> FinishedSurvey:
     return replace(found, stalls=tuple(replace(each, looked_at=ended) for each in found.stalls))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("ended", "is_sure", "why"),
     [
@@ -151,7 +151,7 @@ def test_a_moment_that_is_not_sure_decides_nothing(
         assert not feed.time_is_sure
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", [name for name, feed in FEEDS.items() if feed.span is Span.SURVEY])
 def test_an_only_survey_whose_moment_is_not_sure_is_no_live_occupancy(store: Database, name: str) -> None:
     lot = saved(store, of(NOW - 60.0, is_sure=False)).lot
@@ -209,7 +209,7 @@ def rows_of_a_lot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Database
     opened.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.lists(_TIMES, max_size=12))
 def test_the_last_survey_of_a_lot_is_the_first_one_of_those_with_the_newest_first(
     rows_of_a_lot: Database, times: list[tuple[SurveyKind, bool, float]]

@@ -260,7 +260,7 @@ def test_without_pymavlink_a_log_is_refused_with_the_remedy(
         read_film(straight_film, log=log, lens=CHOICE)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("turn", "side"), [(0.5, "left"), (1.0, "tail"), (-0.5, "right")])
 def test_a_camera_whose_top_is_to_another_side_is_found_by_the_motion(
     tmp_path: Path, stopped_film: Path, turn: float, side: str

@@ -251,7 +251,7 @@ def facts(path: Path) -> list[tuple[str, str, dict[str, str]]]:
     return [(lot.facts.id, lot.facts.name, dict(lot.facts.tags)) for lot in read_outline(path).lots]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_names_ids_and_tags_are_read_of_every_format(tmp_path: Path) -> None:
     ring = [{"lon": x, "lat": y} for x, y in LOT.exterior.coords]
     tags = {"amenity": "parking", "ref": "P 7", "capacity": "20"}

@@ -182,7 +182,7 @@ def test_3000_photographs_with_20_broken_ones_take_little_time_and_memory(tmp_pa
     assert all("torn" in each.reason for each in found.left_out)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_folder_is_read_without_its_pictures_in_memory(tmp_path: Path) -> None:
     flight(tmp_path, 40, size=(1600, 1200))
     tracemalloc.start()

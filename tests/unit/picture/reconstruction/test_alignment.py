@@ -23,7 +23,7 @@ def _apart(flown: Flight, adjusted: Reconstruction) -> float:
     return float(np.percentile(np.abs(own * factor + shift - true), 95))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_photographs_lie_right_to_each_other_afterwards() -> None:
     flown = flight(lanes=2, count=3)
     steps: list[str] = []

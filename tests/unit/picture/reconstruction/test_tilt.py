@@ -33,7 +33,7 @@ def _flown(tilt: float) -> tuple[list[CameraPose], list[NDArray[np.uint8]]]:
     return posed, images
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("tilt", [0.0, 40.0])
 def test_the_ground_that_neighbours_show_says_how_photographs_are_tilted(tilt: float) -> None:
     posed, images = _flown(tilt)

@@ -59,7 +59,7 @@ def test_ekf_local_starts_at_the_first_position_and_global_agrees() -> None:
     assert tuple(difference) == pytest.approx(unit.ekf_origin)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_drift_moves_the_true_vehicle_not_the_estimate() -> None:
     unit = run(hovering(gnss_sigma=5.0), 60.0)
     held = math.dist(unit.estimate.position[:2], (0.0, 0.0))

@@ -135,7 +135,7 @@ def test_a_home_that_is_moved_is_reported_at_once_and_rtl_flies_there(flying: An
     assert flying.autopilot.body.position[0] == pytest.approx(60.0, abs=1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_rtl_flies_to_home_as_it_was_when_rtl_began(flying: Any) -> None:
     """As on a real ArduCopter: 60 m north, set back during RTL, landed 60 m north."""
     set_home(flying, 60.0)

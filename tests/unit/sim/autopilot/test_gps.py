@@ -28,13 +28,13 @@ def test_the_error_starts_at_zero_and_reaches_its_sigma() -> None:
     assert walks[:, 2].std() == pytest.approx(0.4, rel=0.25)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_error_moves_slowly() -> None:
     walk = errors(1.0, 20_000, 0.01)
     assert np.abs(np.diff(walk, axis=0)).max() / 0.01 < 0.2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_velocity_agrees_with_the_drifting_position() -> None:
     unit = estimator(3.0)
     estimates = [unit.step(BODY, 0.01) for _ in range(20_000)]

@@ -111,7 +111,7 @@ def test_a_point_outside_the_fence_does_not_count(flying: Any) -> None:
     assert math.hypot(*landed_at(flying)) < 1.5
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_it_returns_at_the_point_s_height_where_that_is_higher(flying: Any) -> None:
     flying.local_target(0.0, 0.0, -12.0)
     flying.run(3.0)

@@ -135,7 +135,7 @@ async def test_a_viewer_with_the_operators_session_cookie_commands_nothing_and_k
     assert stand.rig.manager.urgent == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "cookie", ["hawk_login_{port}", "hawk_session_{port}", "hawk_token_{port}", "__Host-hawk_login"]
 )

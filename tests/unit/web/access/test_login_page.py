@@ -416,7 +416,7 @@ async def test_a_command_that_comes_after_the_end_of_its_access_is_not_taken(sta
     assert stand.rig.manager.urgent == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_tokens_that_are_made_while_it_runs_open_to_all_are_asked_for_from_then_on(
     rig: Rig, tmp_path: Path
 ) -> None:

@@ -150,7 +150,7 @@ async def test_the_list_of_changes_says_of_each_its_lot_and_why_it_cannot_be_und
     assert (status, problem["field"]) == (422, "lot")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_rows_are_numbered_as_painted_and_old_surveys_keep_the_labels_of_their_time(archive: Archive) -> None:
     """A's letter is ours: E, here B, gets it; the observations of a survey say where the stalls were then."""
     path, survey = f"/lots/{archive.lot}", archive.surveys[0]
@@ -177,7 +177,7 @@ async def test_rows_are_numbered_as_painted_and_old_surveys_keep_the_labels_of_t
     assert {each["label"] for each in await archive.items(f"{path}/stalls?row=B")} == {f"B {n}" for n in range(1, 21)}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_an_owners_plan_is_taken_though_hawk_has_given_its_labels_to_others(archive: Archive) -> None:
     """The owner numbers both rows from the other side; hawk's own labels are the same words, on other stalls."""
     path = f"/lots/{archive.lot}"

@@ -228,7 +228,7 @@ async def test_a_split_is_not_undone_while_surveys_are_in_the_lot_that_it_made(l
     assert await lots.everything() == before
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_which_lot_is_it_is_answered_by_a_move_and_undone(lots: Lots) -> None:
     first = await lots.add(survey())
     asked = await lots.add(replace(later(survey(seed=1), 2), outline=box(60, 0, 20, 50)))

@@ -113,7 +113,7 @@ async def test_a_survey_without_a_picture_or_a_stall_cannot_be_drawn(viewer: Vie
     assert status == 200
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("name", "content_type", "key"),
     [

@@ -141,7 +141,7 @@ async def test_a_link_opens_its_lot_to_one_without_a_login_and_nothing_else(arch
     assert (await archive.post(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 401
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_link_that_was_taken_back_or_has_ended_opens_nothing(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
     _, one = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)
@@ -180,7 +180,7 @@ async def test_guesses_of_links_are_slowed_and_logged(archive: Archive, caplog: 
     assert (await archive.get(nobody, f"/api/v1/shared/{made['token']}/{SURVEYS}"))[0] == 200
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_link_that_was_one_is_no_guess_and_links_hold_up_no_token(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
     made = [(await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=days))[1] for days in (1, 7, 7)]
@@ -203,7 +203,7 @@ async def test_a_link_that_was_one_is_no_guess_and_links_hold_up_no_token(archiv
     assert (await archive.get(nobody, right))[0] == 200, "guesses of tokens are slowed, and no link"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_one_wrong_link_that_is_read_again_is_one_guess(archive: Archive) -> None:
     nobody = await archive.stand.browser()
     for _ in range(FREE_GUESSES + 2):

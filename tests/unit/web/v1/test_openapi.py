@@ -50,7 +50,7 @@ async def test_the_definition_is_sent_once(archive: Archive) -> None:
     assert (await archive.refused("/openapi.json?colour=red"))[0] == 422
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_schemas_are_valid_and_every_reference_leads_somewhere() -> None:
     from hawk.web.v1.openapi import document
 

@@ -76,7 +76,7 @@ async def test_a_viewer_is_shown_the_document_which_a_frame_of_this_page_may_hol
     assert response.headers["ETag"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_pdf_and_workbook_are_written_by_a_process_of_their_own(desk: Desk) -> None:
     pdf_writer()
     pdf, book = await asyncio.gather(desk.report("pdf"), desk.report("xlsx", "?row=B"))
