@@ -102,7 +102,7 @@ unit: $(STAMP)
 
 # Programs wait for each other a third of their time. Unit tests take that, and go last: programs see in real time.
 units-beside: $(STAMP)
-	nice -n 15 $(MAKE) --jobs 1 $(UNIT_KINDS)
+	nice -n 10 $(MAKE) --jobs 1 $(UNIT_KINDS)
 
 coverage: $(STAMP)
 	$(UNIT) $(COVERED) --cov --cov-report= $(ARGS)
@@ -127,7 +127,7 @@ contract: $(STAMP)
 
 # All programs and browsers: while one waits, another one works.
 programs: setup browser
-	$(REAL) --numprocesses 5 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
+	$(REAL) --numprocesses 4 -m $(SHARING) tests/e2e tests/integration tests/contract $(ARGS)
 	$(REAL) --numprocesses 2 -m $(ALONE) tests/integration tests/e2e $(ARGS)
 	$(PYTEST) -m $(WHOLE) tests/e2e $(ARGS)
 
