@@ -22,9 +22,12 @@ _BEGINNING: Final = 8
 
 
 def lot_named(connection: Connection, given: str) -> str:
-    """Return the id of the lot with this id, or this name where no other lot has it. Raises NotFoundError."""
+    """Return the id of the lot with this id, or this name where no other lot has it; an id goes before a name.
+
+    Raises NotFoundError.
+    """
     rows = connection.execute(select(LOT.c.id, LOT.c.name).where(LOT.c.merged_into.is_(None))).all()
-    found = [row.id for row in rows if given in (row.id, row.name)]
+    found = [row.id for row in rows if row.id == given] or [row.id for row in rows if row.name == given]
     if len(found) == 1:
         return str(found[0])
     if found:
@@ -48,12 +51,15 @@ def names_of(connection: Connection, lots: Sequence[str]) -> dict[str, str]:
 
 
 def schedule_names(connection: Connection, names: Iterable[object]) -> dict[object, str]:
-    """Return by which name a schedule means the lot of each name: "" where several lots have it, or it is damaged."""
+    """Return by which name a schedule means the lot of each name: "" where several lots have it, another lot has it as
+    its id, or it is damaged.
+    """
     given = list(names)
     found = [name for name in given if isinstance(name, str)]
     asked = select(LOT.c.name).where(LOT.c.merged_into.is_(None), is_among(LOT.c.name, found))
     shared = asked.group_by(LOT.c.name).having(func.count() > 1)
     of_several = {*connection.execute(shared).scalars()}
+    of_several |= {*connection.execute(select(LOT.c.id).where(is_among(LOT.c.id, found))).scalars()}
     return {name: name if isinstance(name, str) and name not in of_several else "" for name in given}
 
 

@@ -7,7 +7,7 @@ writes them, one at a time, and none in flight, where the page still shows the d
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -38,6 +38,8 @@ LIMITS: Final = box.Limits(memory_bytes=1_000_000_000, cpu_s=60, longest_s=FILE_
 """Of the process that writes a file: the largest lot takes a third (docs/results/report.md)."""
 A_LOT: Final = box.Limits(memory_bytes=10_000_000, cpu_s=6, longest_s=10)
 """Addition for each further lot of a report: 50 take 77 s of the processor and .4 GB (docs/results/report.md)."""
+LOOK_S: Final = 0.5
+"""Real seconds between two looks whether the one who asked for a file is still there."""
 MOST_WAITING: Final = 4
 """Files that are written or wait; the next one is refused."""
 _BUSY: Final = "report: others are being written: ask again in a minute"
@@ -127,8 +129,22 @@ async def _sent(
     request: web.Request, kind: Kind, file: Prepared, name: str, limits: box.Limits
 ) -> web.StreamResponse:  # fmt: skip
     """Return a prepared file, written where that is to be done. Raises StoreBusyError, LotStoreError."""
-    data = file.data if file.maker is None else await _written(request.app[_QUEUE], file, limits)
+    data = file.data
+    if file.maker is not None:
+        data = await _while_wanted(request, _written(request.app[_QUEUE], file, limits))
     return await made(request, _answer(kind, data, file.policy, _name(kind, name)))
+
+
+async def _while_wanted(request: web.Request, work: Coroutine[None, None, bytes]) -> bytes:
+    """Return what work makes; it ends when who asked is gone, for others wait. Raises StoreBusyError then."""
+    task = asyncio.create_task(work)
+    try:
+        while not (await asyncio.wait({task}, timeout=LOOK_S))[0]:
+            if request.transport is None or request.transport.is_closing():
+                raise StoreBusyError(_BUSY)
+    finally:
+        task.cancel()
+    return task.result()
 
 
 async def _written(queue: _Queue, file: Prepared, limits: box.Limits) -> bytes:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy import insert
 
-from hawk.lots.names import SHOWN, chosen_survey, lot_named
+from hawk.lots.names import SHOWN, chosen_survey, lot_named, schedule_names
 from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
 from hawk.lots.values import LotInputError, NotFoundError, checked_name, fitting_name
@@ -29,6 +29,22 @@ def test_a_beginning_of_several_ids_names_them() -> None:
     )
 
 
+def _row(lot: str, name: object) -> dict[str, object]:
+    at = {"latitude": 0.0, "longitude": 0.0, "outline": "{}", "datum_is_pinned": False}
+    return {"id": lot, "name": name, "made": 0.0, **at}
+
+
+def test_an_id_goes_before_a_name_that_is_the_same(tmp_path: Path) -> None:
+    store = Database(tmp_path / "lots.db")
+    with store.writing() as connection:
+        connection.execute(insert(LOT), [_row("a", "North"), _row("b", "a"), _row("c", "South"), _row("d", "South")])
+    with store.reading() as connection:
+        assert [lot_named(connection, given) for given in ("a", "b", "North")] == ["a", "b", "a"]
+        found = schedule_names(connection, ["North", "a", "South", b"\xff"])
+    store.close()
+    assert found == {"North": "North", "a": "", "South": "", b"\xff": ""}
+
+
 @pytest.mark.parametrize(
     ("count", "given", "words"),
     [
@@ -43,18 +59,7 @@ def test_a_lot_that_is_not_there_is_refused_with_names_like_it(
 ) -> None:
     store = Database(tmp_path / "lots.db")
     with store.writing() as connection:
-        lots = [
-            {
-                "id": f"{k}",
-                "name": f"Lot {k}",
-                "made": 0.0,
-                "latitude": 0.0,
-                "longitude": 0.0,
-                "outline": "{}",
-                "datum_is_pinned": False,
-            }
-            for k in range(1, count + 1)
-        ]
+        lots = [_row(f"{k}", f"Lot {k}") for k in range(1, count + 1)]
         if lots:
             connection.execute(insert(LOT), lots)
     with store.reading() as connection, pytest.raises(NotFoundError) as raised:

@@ -19,9 +19,12 @@ from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import FinishedSurvey
 from hawk.model.poses import GlobalPose
 from hawk.report import options
+from hawk.report.document import lots_document
 from hawk.report.files import finished, prepared_of_lots
+from hawk.report.lots_report import LotLine, lots_report
 from hawk.report.options import Form, Kind, Wanted
 from hawk.stats.use_query import asked_of
+from hawk.stats.values import Estimate
 from tests.unit.lots.documents.drones import Drone, collected
 from tests.unit.lots.plan.plans import FAST, Person
 from tests.unit.lots.surveys import BEGAN, box, later, survey
@@ -221,6 +224,22 @@ def test_what_cannot_be_reported_is_refused_with_the_remedy(
     assert status == 2
     assert "lot: a report is over 3 lots at most, and these are 4: ask for fewer, in several reports" in error
     assert options.MOST_LOTS == 50
+
+
+@pytest.mark.slow
+def test_names_without_a_space_and_counts_of_sections_stay_on_the_paper() -> None:
+    weasyprint = pytest.importorskip("weasyprint")
+    at, free = datetime(2026, 11, 18, 14, 5, tzinfo=UTC), Estimate(1200.0, 1100.0, 1300.0, 1)
+    lines = [
+        LotLine("0", name, "Europe/Amsterdam", at.date(), at.date(), 2000, free, 0, free, 2000, at, "Drone 12", at)
+        for name in ("W" * 80, "Elm Street")
+    ]
+    html = lots_document(lots_report(lines, asked_of(None, None), NOW), [], Form("fr", "a4"))
+    page = weasyprint.HTML(string=html).render().pages[0]
+    texts = [box for box in page._page_box.descendants() if type(box).__name__ == "TextBox"]
+    assert max(box.position_x + box.width for box in texts) <= page.width - 56
+    dates = [box for box in texts if "2026" in box.text and "18" in box.text]
+    assert len(dates) == 4, "day and year on one line"
 
 
 @pytest.fixture(scope="module")

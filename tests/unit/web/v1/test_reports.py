@@ -17,6 +17,7 @@ from hawk.formats import box
 from hawk.lots.store import LotStore
 from hawk.report.options import MOST_LOTS
 from hawk.web.v1 import reports
+from tests.pace import PATIENCE_S
 from tests.unit.report.read_back import Book, Page, Print, pdf_writer
 from tests.unit.report.week import NAME, Week
 from tests.unit.web.rig import Rig
@@ -167,6 +168,30 @@ async def test_too_many_files_at_once_are_refused(desk: Desk, monkeypatch: pytes
     monkeypatch.setattr(reports, "MOST_WAITING", 1)
     answers = await asyncio.gather(*(desk.report("xlsx") for _ in range(3)))
     assert sorted(each.status for each in answers) == [200, 503, 503]
+
+
+@pytest.mark.slow
+async def test_a_file_that_nobody_waits_for_any_more_is_written_no_further(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    began, ended = asyncio.Event(), asyncio.Event()
+
+    async def write(*_: object) -> bytes:
+        began.set()
+        try:
+            await asyncio.Event().wait()
+        finally:
+            ended.set()
+        return b""
+
+    monkeypatch.setattr(box, "read_apart", write)
+    asked = asyncio.create_task(desk.report("xlsx"))
+    await began.wait()
+    asked.cancel()
+    async with asyncio.timeout(PATIENCE_S):
+        await ended.wait()
+    monkeypatch.undo()
+    assert (await desk.report("xlsx")).status == 200
 
 
 @pytest.mark.slow
