@@ -59,7 +59,7 @@ def test_the_plan_is_found_where_the_flight_sees_the_lot(north: float, east: flo
     assert np.hypot(*(placed.centres - there[:, :2]).T).max() < 0.05
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_row_without_an_end_in_view_is_not_certain_and_is_looked_at_again() -> None:
     stalls = rows_of(40)
     part = stalls[10:30]

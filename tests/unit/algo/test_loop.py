@@ -186,7 +186,7 @@ async def test_a_picture_without_private_ground_is_recorded_in_place_of_the_fram
     assert rig.recorded[1].jpeg == b"jpeg"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_sun_of_the_picture_s_moment_and_place_goes_with_the_frame(rig: Rig) -> None:
     asked: list[tuple[float, VehiclePose]] = []
 
@@ -203,7 +203,7 @@ async def test_the_sun_of_the_picture_s_moment_and_place_goes_with_the_frame(rig
     assert asked == [(2.0, vehicle_pose(2.0))]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_height_of_the_ground_goes_with_the_frame(rig: Rig) -> None:
     await rig.put(2.0)
     rig.ground = 5.0

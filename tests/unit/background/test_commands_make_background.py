@@ -100,7 +100,7 @@ def test_beside_the_picture_there_is_nothing(tmp_path: Path) -> None:
     assert kinds == {".jpg", ".png"}, "the edge is transparent, the inside is small"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_edges_between_colours_lie_within_a_pixel(tmp_path: Path) -> None:
     picture = geotiff(tmp_path / "lot.tif")
     assert main(["make-background", str(picture), "--out", str(tmp_path / "tiles"), "--zooms", "21"]) == 0

@@ -44,7 +44,7 @@ def test_a_folder_of_pictures_gives_the_file_and_the_setting(
     assert model.fx == pytest.approx(TRUE.fx, abs=1.5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_too_few_pictures_are_not_accepted_and_the_next_one_is_named(
     pictures: list[Picture], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -21,7 +21,7 @@ async def look(source: Pictures, settings: CameraSettings = SETTINGS) -> CameraS
     return sight
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_pictures_pass_with_size_rate_and_age() -> None:
     jpeg = picture()
     sight = await look(Pictures(jpeg, Clock()))
@@ -42,7 +42,7 @@ async def test_no_picture_fails_with_the_source_s_own_words() -> None:
     assert sight.picture_bytes_s is None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_one_picture_and_then_none_fails() -> None:
     (found,) = (await look(Pictures(picture(), Clock(), count=1))).results
     assert found.outcome is Outcome.FAILED
@@ -55,7 +55,7 @@ async def test_a_slow_camera_is_a_warning() -> None:
     assert found.outcome is Outcome.WARNING
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_picture_that_cannot_be_decoded_fails() -> None:
     jpeg = picture()
     broken = jpeg[: jpeg.index(b"\xff\xda") + 2] + b"\xff\xd9"  # the scan is empty

@@ -66,7 +66,7 @@ def tools(proc: Path, vehicle: FakeVehicle, taken: int | None = None) -> Tools:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_drone_in_order_passes_every_check(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hawk.check.run.os.geteuid", lambda: 1000)
     config = CONFIG.model_copy(update={"store": CONFIG.store.model_copy(update={"directory": tmp_path})})

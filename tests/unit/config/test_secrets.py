@@ -327,7 +327,7 @@ def test_the_doctors_bundle_holds_no_secret(tmp_path: Path, monkeypatch: pytest.
     assert GONE in text, "the host of a receiver helps"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_camera_and_receivers_that_are_away_are_named_without_secrets(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

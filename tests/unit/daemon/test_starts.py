@@ -134,7 +134,7 @@ async def test_a_start_in_the_air_counts_although_it_lands_afterwards(sound: Com
     assert await sound.run(after(2.0)) is RETURN_HOME
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_landing_ends_the_flight_on_disk_and_in_memory(computer: Computer) -> None:
     await computer.run(NOW, None, flying, lambda starts: starts.keep_flight(None))
     async with computer.running(after(1.0)) as starts:

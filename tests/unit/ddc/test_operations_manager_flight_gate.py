@@ -128,7 +128,7 @@ async def test_a_fence_that_was_replaced_since_the_last_flight_is_uploaded_again
     assert rig.autopilot.held_fence == rig.fence
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_takeoff_after_our_own_arm_uploads_nothing_twice(rig: Rig) -> None:
     rig.order(Arm())
     await rig.run(0.5)
@@ -252,7 +252,7 @@ async def test_what_is_put_back_once_no_pilot_flies_keeps_nobody_from_taking_the
     holding.order(CompulsiveMove(x=20.0, y=0.0))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_fence_that_is_switched_off_under_a_pilot_keeps_nobody_from_taking_the_drone(holding: Rig) -> None:
     await holding.run(2)
     holding.autopilot.change_mode(CopterMode.LOITER)

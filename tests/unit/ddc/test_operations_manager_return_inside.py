@@ -594,14 +594,14 @@ async def test_a_return_from_the_arm_of_a_bent_fence_stays_inside_and_lands_at_h
     assert "Home is in straight sight." in rig.log
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_end_of_the_program_asks_for_rtl_before_it_ends(led: Rig) -> None:
     assert await led.manager.shutdown_in_air()
     assert led.autopilot.mode == CopterMode.RTL
     assert led.log[-1] == "The program ends. Returning home."
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_failed_ticks_on_the_path_ask_for_rtl(led: Rig, monkeypatch: pytest.MonkeyPatch) -> None:
     def boom(*_: object) -> None:
         raise RuntimeError("boom")

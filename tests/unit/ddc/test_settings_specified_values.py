@@ -111,7 +111,7 @@ async def daemon(tmp_path: Path) -> AsyncIterator[Daemon]:
     output.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("part", ["vision", "mapper", "path_plan"])
 async def test_the_daemon_takes_each_app_s_health_as_that_app_s(part: str, daemon: Daemon) -> None:
     results: AlgorithmTopics = daemon.results

@@ -40,7 +40,7 @@ def status(rig: Rig) -> DroneStatus:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_five_heartbeats_a_second(rig: Rig) -> None:
     times: list[float] = []
     rig.manager.status.listen(lambda s: times.append(s.stamp.time))

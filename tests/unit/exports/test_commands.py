@@ -21,7 +21,7 @@ def run(stored: Stored, tmp_path: Path, *arguments: str) -> int:
     return main(["export", "Lot 1", "--store", str(tmp_path), *arguments])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "lot.csv"
     assert run(stored, tmp_path, "--out", str(out)) == 0
@@ -30,7 +30,7 @@ def test_the_newest_survey_is_written(stored: Stored, tmp_path: Path, capsys: py
     assert said == f"survey {stored.first.survey}\n{out}: {out.stat().st_size / 1e6:.2f} MB\n"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_all_registered_surveys_go_into_one_geopackage(
     stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -136,7 +136,7 @@ def test_a_disk_without_room_is_named_with_the_remedy(
     )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pictures_with_labels_are_counted_beside_surveys_that_teach_nothing(
     stored: Stored, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -155,7 +155,7 @@ def test_parkapi_has_site_and_spots_with_audience_and_state(stored: Stored) -> N
     assert spot["realtime_data_updated_at"].endswith("+00:00")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("name", [name for name, feed in FEEDS.items() if feed.span is Span.SURVEY])
 def test_a_lot_without_an_outline_and_a_survey_of_nothing_are_feeds_too(stored: Stored, name: str) -> None:
     survey = stored.read()

@@ -88,7 +88,7 @@ def test_a_picture_lies_where_its_survey_is_registered_and_one_in_doubt_in_its_o
     assert (tiles[moved.survey].tiles, first.cells, first.cell_m) == ([], 256, 0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("age_s", "is_known"), [(3600.0, True), (3601.0, False)])
 def test_a_feed_gives_a_state_for_an_hour_where_no_other_time_is_named(
     stored: Stored, age_s: float, is_known: bool

@@ -37,7 +37,7 @@ def test_the_file_says_that_it_is_a_geopackage_with_three_tables(stored: Stored,
     assert rows(data, file, "PRAGMA integrity_check") == [("ok",)]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_geometries_are_the_stalls_of_the_survey(stored: Stored, tmp_path: Path) -> None:
     survey = stored.read()
     found = rows(surveys_gpkg([survey]), tmp_path / "a.gpkg", "SELECT stall_id, kind, state, geom FROM stalls")

@@ -77,7 +77,7 @@ def test_occupancy_has_the_state_of_each_stall_at_its_place(stored: Stored) -> N
     assert area == pytest.approx(sum(stall.width * stall.length for stall in survey.stalls), rel=0.08)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("kind", "sure", "unsure"),
     [

@@ -331,7 +331,7 @@ def jagged(seed: int, corners: int = 400) -> Outline:
     return Outline((tuple((float(a), float(b)) for a, b in to_global(DATUM, np.array(ring))),))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_stored_survey_of_300_stalls_takes_no_more_than_40_000_bytes(store: Database) -> None:
     first = saved(store, survey(stalls=300))
     known = layout(store, first.lot)

@@ -146,7 +146,7 @@ def test_changes_of_lots_and_their_undo(life: Life) -> None:
     check_values(HERE / "lots.json", found, digits=8)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_surveys_that_move_and_go(life: Life) -> None:
     second, third = life.add(flown(2)), life.add(flown(3))
     with life.store.writing() as connection:

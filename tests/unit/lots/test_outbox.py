@@ -74,7 +74,7 @@ def test_a_failed_message_waits_and_the_next_one_goes_before_it(store: Database)
     assert (again.seq, again.tries) == (first.seq, 1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_waits_grow_to_an_hour_and_trying_ends_after_seven_days(store: Database) -> None:
     now, tries, waits = NOW, 0, []
     with store.writing() as connection:

@@ -86,7 +86,7 @@ def ring(archive: Archive) -> np.ndarray[Any, Any]:
     return about(HERE, np.array(archive.read()["outline"][0]))[:, :2]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_two_points_turn_the_lot_about_where_they_are_in_one_version_that_is_undone_once(archive: Archive) -> None:
     archive.add(flown(2))
     archive.edit({"do": "forbid", "outline": [[20, 0], [24, 0], [24, 4]], "name": "shed"})
@@ -110,7 +110,7 @@ def test_two_points_turn_the_lot_about_where_they_are_in_one_version_that_is_und
         undo(archive, answer["seq"])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_after_the_turn_is_placed_on_the_same_stalls(archive: Archive) -> None:
     move = Move(0.0, 0.0, math.radians(-2.0))
     pin(archive, point((0.0, 0.0), move), point((0.0, 40.0), move))

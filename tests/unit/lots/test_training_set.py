@@ -50,7 +50,7 @@ def lesson(archive: Archive) -> Lesson:
         return read_lesson(connection, archive.lot)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_each_survey_with_a_picture_is_one_picture_with_the_confirmed_stalls(archive: Archive, tmp_path: Path) -> None:
     first, second = confirmed(archive, 1, 2)
     pictures = PictureFolder(tmp_path / "pictures")

@@ -39,7 +39,7 @@ def test_a_later_survey_joins_the_lot(tmp_path: Path) -> None:
     assert "as a survey of yard" in store_survey(later, tmp_path).words  # one row alone fits itself at every pitch
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_whose_place_the_store_doubts_says_so_in_its_files(tmp_path: Path) -> None:
     assert store_survey(mapped().landed, tmp_path).said_of(mapped()).survey.doubt == ""
     stored = store_survey(dataclasses.replace(mapped().landed, name="later"), tmp_path)

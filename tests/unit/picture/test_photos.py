@@ -139,7 +139,7 @@ def test_private_ground_is_in_no_picture_and_nothing_is_counted_there(
     assert shown > 3
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -> None:
     shots = small(read_folder(folder).shots[:3])
     names = [
@@ -149,7 +149,7 @@ def test_the_same_pictures_in_another_folder_are_the_same_survey(folder: Path) -
     assert names[0] == names[1] != names[2]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_more_pictures_of_one_flight_are_the_same_survey_about_the_same_datum(folder: Path) -> None:
     shots = small(read_folder(folder).shots[:3])
     flight = FlightId("0123", "yard", (shots[0].latitude, shots[0].longitude))

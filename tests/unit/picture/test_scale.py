@@ -79,7 +79,7 @@ def _answered(flight: Drawn) -> tuple[Scale, bool]:
     return flight.decided(0.0 if fits is None else float(fits[1])), True
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(("lanes", "count"), [(2, 3), (2, 4), (3, 8)])
 def test_the_true_scale_lies_within_the_bound_in_nine_of_ten_folders_with_wrong_heights(lanes: int, count: int) -> None:
     rng = np.random.default_rng(lanes * count)

@@ -51,7 +51,7 @@ def test_the_first_page_says_lot_question_answer_and_figures_each_with_its_range
     assert rows["Lot"][1] == "60"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_picture_has_the_letters_of_its_figures_also_where_a_row_was_named_after_the_survey(tmp_path: Path) -> None:
     week = Week(tmp_path)
     week.edit({"do": "rename", "row": "A", "to": "P"}, {"do": "confirm", "row": "B"})
@@ -168,7 +168,7 @@ def test_a_link_shows_stalls_without_the_ground(read: Read) -> None:
     assert max(each.count("Z") for each in taken) >= 20, "they are drawn, all that are taken as one"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_stalls_beyond_the_picture_are_on_the_sheet_too(read: Read, folder: Path) -> None:
     whole = read().newest
     assert whole is not None
@@ -244,7 +244,7 @@ def test_a_period_without_surveys_is_a_document_that_says_so(read: Read) -> None
     assert "1 Jan 2031" in page.words
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_one_survey_is_the_only_one_and_has_no_rivals(read: Read) -> None:
     page = Page.of(document(read(begin="2026-05-11", end="2026-05-11"), ENGLISH))
     assert "One survey on one day looked at its 60 stalls." in page.words

@@ -18,7 +18,7 @@ def book(read: Read, language: Language = "en", **asked: tuple[str, ...]) -> Boo
     return Book.of(written(sheets(read(**asked), language), {}))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_figures_are_those_of_the_document(read: Read) -> None:
     report = read()
     found, page = Book.of(written(sheets(report, "en"), {})), Page.of(document(report, Form()))
@@ -66,7 +66,7 @@ def test_a_stall_is_a_line_with_its_states_by_survey(read: Read) -> None:
     assert unclear[4] == ZONE
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_a_text_is_text_whatever_it_begins_with_and_heads_stay_in_view(read: Read, language: Language) -> None:
     found = book(read, language)

@@ -16,7 +16,7 @@ def siblings() -> list[str]:
     return [chr(code) for code in range(0x110000) if unicodedata.normalize("NFKC", chr(code)).startswith(tuple(SIGNS))]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_every_sign_that_begins_a_formula_and_its_siblings_are_guarded() -> None:
     found = siblings()
     assert {"\N{FULLWIDTH EQUALS SIGN}", "\N{SMALL COMMERCIAL AT}", "\N{SUPERSCRIPT PLUS SIGN}", *SIGNS} <= set(found)

@@ -27,7 +27,7 @@ ctypes.PyDLL(None).sleep(30)  # C code that keeps the GIL: no Python thread runs
 """
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_process_that_hangs_in_c_with_the_gil_is_ended_with_its_stack() -> None:
     started = time.monotonic()
     result = subprocess.run([sys.executable, "-c", HUNG], capture_output=True, text=True, timeout=20)
@@ -90,7 +90,7 @@ def test_a_log_that_nobody_reads_stops_neither_the_ticks_nor_the_end_of_a_proces
     assert result.returncode == -signal.SIGALRM
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_progress_keeps_a_process_alive() -> None:
     ticks = "import time\nfor _ in range(8): time.sleep(0.1); dog.progress(may_fly=True)\ndog.stop()"
     code = HUNG.split("ctypes.PyDLL")[0] + ticks

@@ -150,7 +150,7 @@ def test_neighbours_overlap_as_asked_and_the_lot_is_covered(
         assert (np.abs(off) <= seen / 2 + 1e-6).all(axis=1).any()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_seed_gives_the_same_bytes_and_another_one_others(tmp_path: Path) -> None:
     for name, seed in (("a", 1), ("b", 1), ("c", 2)):
         write_photos(_world(), replace(SMALL, width=320, noise_seed=seed), tmp_path / name)

@@ -110,7 +110,7 @@ def test_every_figure_is_the_mean_of_surveys_that_a_plain_count_gives(
         assert other.occupancy.value == (pytest.approx(fmean(there), abs=0.01) if there else None)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(states=LOOKS, data=st.data())
 def test_all_of_a_lot_and_a_row_have_the_figures_that_statistics_give(
     states: list[list[int]], data: st.DataObject

@@ -49,7 +49,7 @@ def test_an_hour_in_which_a_group_was_not_seen_has_no_mean() -> None:
     assert [each.surveys for each in found.over()] == [1]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_means_and_variances_are_those_of_drawn_walks() -> None:
     """A random walk from its looks: the mean over an hour is off by what its variance says."""
     rng, steps, q = np.random.default_rng(3), 240, 0.004

@@ -82,7 +82,7 @@ def test_states_and_probabilities_are_those_of_the_observations_by_time(store: D
     assert found.left_out == ()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_surveys_whose_place_or_time_is_not_sure_are_left_out_and_named_with_the_reason(store: Database) -> None:
     lot = lot_of(store, seen({}), later(seen({}), 2), later(seen({}), 3), later(seen({}), 4))
     with store.writing() as connection:
@@ -120,7 +120,7 @@ def over_midnight(store: Database) -> tuple[str, list[str]]:
         return lot, list(connection.execute(select(SURVEY.c.id).order_by(SURVEY.c.seq)).scalars())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("in_one_piece", [True, False])
 def test_a_survey_over_midnight_counts_on_the_day_of_its_looks_alone(store: Database, *, in_one_piece: bool) -> None:
     lot, ids = over_midnight(store)

@@ -235,7 +235,7 @@ async def test_a_journal_that_does_not_note_its_time_is_as_old_as_its_file(make:
     assert (state.last_written, state.starts_in_air, state.problem) == (Moment(utc=5000.0), (), "")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_whether_the_disk_can_be_written_is_known_at_once(make: Make) -> None:
     journal = make(opener=full_disk)
     journal.try_disk()

@@ -94,7 +94,7 @@ def by_topic(path: Path) -> dict[str, Any]:
     return {topic: content for topic, _, _, content in messages(path)}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_each_channel_is_decoded_by_its_own_schema(tmp_path: Path) -> None:
     rig = Rig(tmp_path)
     rig.manager.process()
@@ -195,7 +195,7 @@ def test_a_wall_clock_that_was_never_set_leaves_the_clock_as_it_is(tmp_path: Pat
     assert [one.time for one in read_recording(path)] == [6941.0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("jumps_to", [5.0, 1e9])
 def test_a_clock_that_jumps_is_read_in_the_order_of_the_file(jumps_to: float, tmp_path: Path) -> None:
     times = [12.0, 13.0, jumps_to, jumps_to + 0.1]

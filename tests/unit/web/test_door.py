@@ -95,7 +95,7 @@ async def join(server: WebServer, session: aiohttp.ClientSession) -> Visitor:
 # -- waiting ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_crowd_of_half_sent_requests_is_bounded_and_a_page_gets_in(
     server: WebServer, strangers: list[Stranger]
 ) -> None:

@@ -189,7 +189,7 @@ def test_without_a_place_of_the_drone_the_map_goes_out_all_the_same(drone: MapPo
     assert len(MapView().update(OccupancyMap({(0, 0): tile(1, 1)}), drone).tiles) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=25)
 @given(steps=STEPS)
 def test_a_large_map_is_taken_in_by_and_by(steps: list[tuple[str, int, int, bool]]) -> None:

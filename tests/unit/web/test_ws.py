@@ -73,7 +73,7 @@ async def test_a_command_in_control_reaches_the_manager_and_is_answered(rig: Rig
     assert await page.next("Ack") == {"Type": "Ack", "Id": 7, "Accepted": True, "Reason": ""}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     "command",
     [

@@ -96,7 +96,7 @@ def test_high_things_lean_away_from_the_middle() -> None:
     assert _red_centre(frame) == pytest.approx((CAMERA.cx + 230 * 10 / 20, CAMERA.cy), abs=0.6)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_edges_are_not_darkened() -> None:
     pixels = np.full((10, 10, 4), 90, np.uint8)
     pixels[..., 3] = 255

@@ -48,7 +48,7 @@ def car_mask(one: World) -> np.ndarray:
     return mask
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [1, 4])
 def test_a_taken_stall_shows_a_car_and_a_free_one_none(seed: int) -> None:
     one, right = world(seed), []
@@ -241,7 +241,7 @@ def test_cars_of_a_world_stand_apart(seed: int) -> None:
     assert len(areas_of(plan.stalls)) >= len(cars)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("turn", [0.0, math.pi / 3])
 def test_the_same_place_looks_the_same_from_a_turned_camera(turn: float) -> None:
     one = world(1)

@@ -179,7 +179,7 @@ def test_nothing_of_the_surroundings_stands_on_the_lot() -> None:
         assert all(lot.intersection(house).area < 0.35 * house.area for house in houses)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_shade_from_outside_falls_on_some_lots_to_train_on_and_on_no_calm_one() -> None:
     wild = [plan_any_lot_site(generator(seed), (0.0, 0.0), SIZE).shades for seed in range(30)]
     calm = [plan_lot_site(generator(seed), (0.0, 0.0), SIZE).shades for seed in range(10)]

@@ -64,7 +64,7 @@ def colour_number(world: World, number: int) -> int | None:
     return None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", range(5))
 def test_every_car_stands_on_a_stall_that_the_truth_calls_taken(seed: int) -> None:
     after = move_cars(photographed(), seed)
@@ -81,7 +81,7 @@ def test_the_share_under_a_car_moves_with_it() -> None:
         assert stall.covered == (0.0 if car is None else before.stalls[TAKEN[car]].covered)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_seed_moves_the_same_cars_and_another_others() -> None:
     first, again, other = (move_cars(photographed(), seed) for seed in (1, 1, 2))
     assert first.ground.tobytes() == again.ground.tobytes()
@@ -136,7 +136,7 @@ def test_unclear_and_hidden_stalls_are_left_alone() -> None:
     assert after.stalls[4].state == "taken"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_car_that_cannot_be_moved_keeps_its_shade() -> None:
     world = photographed()
     picture = world.ground.copy()
@@ -153,7 +153,7 @@ def test_a_car_that_cannot_be_moved_keeps_its_shade() -> None:
     assert free > 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_free_stall_with_something_on_it_gets_no_car_and_lends_no_ground() -> None:
     world = photographed()
     picture = world.ground.copy()

@@ -24,7 +24,7 @@ def week() -> list[Stay]:
     return LARGE.between(MONDAY, MONDAY + timedelta(days=7))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=40, deadline=None)
 @given(HOURS, st.floats(0, 60), st.floats(0, 60), st.floats(0, 60))
 def test_a_wider_question_gets_the_same_stays(begin: datetime, hours: float, before: float, after: float) -> None:
@@ -34,7 +34,7 @@ def test_a_wider_question_gets_the_same_stays(begin: datetime, hours: float, bef
     assert narrow == [stay for stay in wide if stay.begin <= end and stay.end > begin]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=40, deadline=None)
 @given(HOURS)
 def test_the_cars_of_a_moment_are_those_whose_stays_cover_it(moment: datetime) -> None:
@@ -42,7 +42,7 @@ def test_the_cars_of_a_moment_are_those_whose_stays_cover_it(moment: datetime) -
     assert SMALL.at(moment) == {stay.stall: stay for stay in near if stay.begin <= moment < stay.end}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_stall_has_two_cars_at_once(week: list[Stay]) -> None:
     for stall, stays in itertools.groupby(week, lambda stay: stay.stall):
         listed = list(stays)
@@ -80,19 +80,19 @@ def test_the_share_of_taken_stalls_follows_the_curve(day: int, hour: int) -> Non
     assert taken == pytest.approx(asked, abs=0.13)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_noon_is_busier_than_evening_and_night_nearly_empty() -> None:
     counts = [len(LARGE.at(MONDAY + timedelta(hours=hour))) for hour in (27, 12, 20)]
     assert counts[0] < 3 * NIGHT_SHARE * 200 < counts[2] < counts[1]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_saturday_is_busier_than_a_sunday() -> None:
     saturday, sunday = (len(LARGE.at(datetime(2026, 5, day, 13, tzinfo=CLOCK))) for day in (9, 10))
     assert saturday > 1.5 * sunday
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_stalls_near_the_building_fill_first() -> None:
     taken = [stall for day in range(5) for stall in LARGE.at(MONDAY + timedelta(days=day, hours=9))]
     assert sum(stall >= 100 for stall in taken) > 1.15 * sum(stall < 100 for stall in taken)

@@ -46,7 +46,7 @@ def test_the_same_moment_is_the_same_world_byte_for_byte() -> None:
     assert again.truth_json()["stalls"] == first.truth_json()["stalls"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_another_moment_has_the_same_stalls_in_other_states() -> None:
     one, other = world(MORNING), world(LATE)
     assert [stall.id for stall in one.stalls] == [stall.id for stall in other.stalls]
@@ -56,7 +56,7 @@ def test_another_moment_has_the_same_stalls_in_other_states() -> None:
     assert [stall.taken for stall in one.stalls] != [stall.taken for stall in other.stalls]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("at", [MORNING, LATE])
 def test_the_truth_of_a_moment_is_that_of_its_stays(at: datetime) -> None:
     seen = world(at)
@@ -72,7 +72,7 @@ def test_the_truth_of_a_moment_is_that_of_its_stays(at: datetime) -> None:
     assert seen.truth_json()["at"] == at.isoformat()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_lot_is_that_of_the_seed_alone() -> None:
     alone = generate_world(SEED, WorldOptions(metres_per_pixel=0.2))
     assert [s.corners.tolist() for s in alone.stalls] == [s.corners.tolist() for s in world(MORNING).stalls]
@@ -92,7 +92,7 @@ def test_ground_far_from_cars_and_shadows_is_the_same_at_every_moment() -> None:
     assert same[lot > 0].mean() > 0.7, "shadows of trees and of moving cars remain"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_car_that_stays_is_the_same_car() -> None:
     def cars(seen: World, stalls: set[int]) -> list[NDArray[np.uint8]]:
         areas = shapely.union_all([shapely.Polygon(stall.corners) for stall in seen.stalls if stall.id in stalls])

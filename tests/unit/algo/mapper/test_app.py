@@ -160,7 +160,7 @@ def test_the_index_is_immutable_and_published_ones_do_not_change(flown: Rig) -> 
         before.stalls[1] = next(iter(stalls.values()))  # type: ignore[index]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_versions_do_not_rise_while_nothing_changes() -> None:
     rig = Rig()
     rig.fly([0.0] * 40)
@@ -181,7 +181,7 @@ def test_a_changed_stall_carries_the_version_of_the_map_that_first_shows_it() ->
         seen = dict(rig.map.stalls)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_false_alarms_of_single_frames_do_not_count() -> None:
     rig = Rig(false_alarms=[])
     for i, east in enumerate(PASS):

@@ -59,7 +59,7 @@ def level() -> tuple[int, int, MapCore]:
     return fly(0.0)
 
 
-@pytest.mark.flight
+@pytest.mark.nightly
 @pytest.mark.parametrize("height", [5.0, *nightly(8.0)])
 def test_stalls_on_a_roof_do_not_count(height: float) -> None:
     ground, roof, _ = fly(height)
@@ -67,13 +67,13 @@ def test_stalls_on_a_roof_do_not_count(height: float) -> None:
     assert roof <= 1
 
 
-@pytest.mark.flight
+@pytest.mark.nightly
 def test_without_the_rule_for_raised_stalls_they_would_count(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stalls_module, "RAISED", 9.0)
     assert fly(5.0)[1] >= RAISED / 2
 
 
-@pytest.mark.flight
+@pytest.mark.nightly
 def test_stalls_on_the_ground_all_count(level: tuple[int, int, MapCore]) -> None:
     ground, roof, core = level
     assert ground + roof == ALL

@@ -60,7 +60,7 @@ def test_resting_tiles_change_next_to_nothing(flown: MapCore, monkeypatch: pytes
         assert np.abs(resting.grid.tiles[key].layers.lot - tile.layers.lot).max() < 0.5
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_frame_touches_the_rows_about_it_only() -> None:
     core = fly(MapCore(MapperSettings(), "a"), OUT_AND_BACK[:52])
     far = {key: rows.tobytes() for key, rows in core.tracker._far._rows.items()}

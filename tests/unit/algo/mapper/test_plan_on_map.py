@@ -172,7 +172,7 @@ def test_a_confirmed_row_does_not_make_proposals_of_an_unconfirmed_one() -> None
     assert shown.counts.suggested == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_plan_of_another_lot_is_not_put_onto_the_map() -> None:
     other = rows_lot(turn=0.3, columns=14)
     stalls = other.stalls + np.array([0.0, 3.9, 0.0, 0.0, 0.0])
@@ -195,7 +195,7 @@ def test_a_plan_that_a_person_changes_in_flight_replaces_the_one_before() -> Non
     assert shown.counts.suggested == 0
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_stalls_on_ground_that_was_seen_before_the_plan_was_placed_have_a_state_at_once() -> None:
     hidden = [3, 25, 44]
     seen = Truth(TRUTH.lot, np.delete(TRUTH.stalls, hidden, 0), np.delete(TRUTH.taken, hidden))

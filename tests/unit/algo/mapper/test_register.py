@@ -105,7 +105,7 @@ def test_without_stalls_the_shift_leaks_back_to_what_gnss_says() -> None:
     assert registration.shift.north < 0.05
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("turn", [0.03, -0.02, 0.02])
 def test_a_map_made_with_a_wrong_compass_stays_straight(turn: float) -> None:
     """The map knows only its older frames; without what is learned from the movement of the ground it would bend."""

@@ -150,7 +150,7 @@ def first_target(rig: Rig, frame: FrameInput) -> PathPlan:
     return next((plan for plan in plans if plan.target is not None), PathPlan())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_unclear_stall_is_flown_to_once_before_it_is_done() -> None:
     rig = Rig()
     rig.map.known = {7: stall(7, 12.0, 8.0, StallState.UNKNOWN), 8: stall(8, -5.0, 0.0, StallState.FREE)}

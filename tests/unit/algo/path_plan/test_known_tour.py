@@ -93,7 +93,7 @@ def test_a_lot_of_four_strips_takes_little_more_than_their_area() -> None:
     assert tour.distance_m < 1.25 * (176.0 * 156.0 / LEVEL.width)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_stalls_beyond_the_fence_are_counted_as_missed() -> None:
     lot = Rectangles(np.array([[0.0, 0.0], [200.0, 0.0]]), np.zeros(2), np.full(2, 5.0), np.full(2, 2.5))
     tour = outcome(known_tour(boxes_of(lot), LEVEL, (0.0, 0.0), lambda places: places[:, 0] < 100.0))

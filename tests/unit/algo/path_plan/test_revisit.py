@@ -112,7 +112,7 @@ def test_a_row_that_goes_on_beyond_the_plan_is_followed() -> None:
     assert flown.distance_m < flown.tours[0].distance_m + 180.0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_without_the_plan_of_its_lot_a_tour_is_not_flown() -> None:
     flown = flight()
     frame = frame_at(MapPose(0.0, 0.0, 35.0, 0.0, 0.0, 0.0), 0, fence=FENCE)

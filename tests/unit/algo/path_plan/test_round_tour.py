@@ -72,7 +72,7 @@ def site(fence: Fence) -> RoundScene:
     return RoundScene((0.0, 0.0), CAMERA, HEIGHTS, fence, LEVEL)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_path_between_lots_stays_inside_a_concave_fence_and_each_tour_begins_where_the_last_one_ends() -> None:
     west, east = lot_at("west", 140.0, 20.0), lot_at("east", 140.0, 200.0)
     fence = Fence(BENT, BENT, 97.0, 100.0)

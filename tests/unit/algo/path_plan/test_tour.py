@@ -66,7 +66,7 @@ def test_what_a_tour_misses_is_what_no_leg_shows() -> None:
     assert tour.missing == pytest.approx(by_hand(wanted, tour.places), rel=1e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=40)
 @given(
     st.integers(0, 10_000),
@@ -93,7 +93,7 @@ def test_after_every_move_the_books_are_right(
     assert tuple(tour.places[0]) == (0.0, 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=20)
 @given(st.integers(0, 10_000))
 def test_without_heat_no_move_makes_a_tour_costlier(seed: int) -> None:
@@ -139,7 +139,7 @@ def test_what_may_be_left_out_is_not_flown_to() -> None:
     assert len(searched(tour_over(ground((0, 10, 80, 90)), (0.0, 0.0))).places) > 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_turn_is_avoided_when_it_costs() -> None:
     wanted = ground((60, 80, -10, 10), (-80, -60, -10, 10))
     ahead = Tour(Terms(FOOTPRINT, 60.0, turn_m=10.0), wanted, np.zeros((1, 2)), 0.0, np.random.default_rng(2))
@@ -148,7 +148,7 @@ def test_a_turn_is_avoided_when_it_costs() -> None:
     assert searched(behind).places[1][0] < 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_tour_stops_short_of_what_the_braking_drone_looks_at() -> None:
     strip = ground((-15, 15, -60, 60))
     level, leaning = (
@@ -181,7 +181,7 @@ def test_a_course_leads_over_all_of_it_and_ends() -> None:
     assert length < 420  # three lines of 100 m and what joins them are 380 m
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_course_twice_is_equal() -> None:
     courses = [Course(PathPlanSettings()) for _ in range(2)]
     wanted = ground((-50, 50, -60, 60))
@@ -241,7 +241,7 @@ def test_nothing_wanted_gives_no_waypoints() -> None:
     assert len(Course(PathPlanSettings()).follow(outlook((0.0, 0.0), nothing))) == 0
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_while_nothing_changes_the_tour_only_gets_cheaper() -> None:
     course, seen = Course(PathPlanSettings()), outlook((-40.0, -50.0), ground((-50, 50, -60, 60)))
     costs = []

@@ -32,7 +32,7 @@ def apart(registration: Registration, truth: Placement, found: StallMap) -> floa
     return float(np.hypot(*(registration.best.placement.of(places) - truth.of(places)).T).max())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=examples(12), deadline=None)
 @given(st.floats(-4, 4), st.floats(0, 4.4), st.floats(-math.pi, math.pi), SEEDS)
 def test_a_lot_is_found_wherever_it_lies_within_reach(turn: float, size: float, toward: float, seed: int) -> None:
@@ -45,7 +45,7 @@ def test_a_lot_is_found_wherever_it_lies_within_reach(turn: float, size: float, 
     assert len(registration.pairs) > 0.95 * len(found.stalls)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=examples(12), deadline=None)
 @given(st.integers(2, 4), SEEDS)
 def test_a_map_with_many_errors_is_right_or_not_certain(count: int, seed: int) -> None:

@@ -21,7 +21,7 @@ def bare(places: FloatArray) -> Ground:
     return Ground(nothing, nothing, nothing, np.ones(places.shape[:-1]))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("lean", [math.pi / 2, math.radians(60), math.radians(120)])
 @given(direction=st.floats(0, math.pi), missing=st.sets(st.integers(1, 8), max_size=3))
 @settings(max_examples=15)

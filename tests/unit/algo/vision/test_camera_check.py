@@ -215,7 +215,7 @@ def test_movements_that_agree_on_nothing_say_nothing(directions: list[tuple[floa
 # -- the check over drawn worlds ---------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_camera_that_sits_right_is_healthy(world: World) -> None:
     check, healths = Flight(world).check(corner(40))
     assert set(healths) == {Health()}
@@ -244,7 +244,7 @@ def test_a_turned_camera_is_named_with_its_setting_and_the_setting_heals_it(
     assert set(flight.check(straight(30))[1]) == {Health()}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_setting_is_reckoned_from_the_one_in_force(world: World) -> None:
     flight = Flight(world, turn=0.0)
     flight.model = replace(CAMERA, mount_yaw=math.radians(90))
@@ -325,7 +325,7 @@ def test_a_camera_that_holds_the_drone_in_spite_of_its_position_is_not_taken_for
     assert not known.is_healthy, "while nobody doubts the position, the camera is at fault"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_frozen_camera_is_no_fault_on_the_ground_and_a_turned_one_is(world: World) -> None:
     for turn, change in ((0.0, lambda picture: np.zeros_like(picture) + grain), (math.pi, lambda picture: picture)):
         flight = Flight(world, turn=turn, change=change)
@@ -336,7 +336,7 @@ def test_a_frozen_camera_is_no_fault_on_the_ground_and_a_turned_one_is(world: Wo
         assert landed.is_healthy == (turn == 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_camera_that_is_turned_on_the_ground_is_judged_by_the_next_flight_alone(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world).frames(corner(30)):
@@ -366,7 +366,7 @@ def test_on_the_ground_the_same_picture_is_reported_and_no_fault(world: World, s
     assert healths[-1].reason == "the same picture for 8 s"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_drone_that_hangs_still_has_a_healthy_camera(world: World) -> None:
     """GNSS drifts by a metre every five seconds under a drone that holds."""
     poses = [replace(straight(1)[0], north=0.04 * k) for k in range(40)]
@@ -397,7 +397,7 @@ def test_low_and_without_a_pose_nothing_is_compared(world: World) -> None:
     assert check.evidence == Evidence()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_another_camera_begins_a_new_check(world: World) -> None:
     check = CameraCheck()
     for frame, picture in Flight(world, turn=math.pi).frames(straight(30)):

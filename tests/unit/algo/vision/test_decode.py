@@ -233,7 +233,7 @@ def clipped_area(first: FloatArray, second: FloatArray) -> float:
     return float((inside(first) & inside(second)).mean() / (inside(first) | inside(second)).mean())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.floats(-2, 2), st.floats(-2, 2), st.floats(0, math.pi))
 @settings(max_examples=15)
 def test_overlaps_agree_with_counting(x: float, y: float, angle: float) -> None:

@@ -60,7 +60,7 @@ def whole(lot: Scene) -> list[SceneStall]:
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_shipped_network_finds_painted_stalls_and_the_cars_in_them(network: StallNetwork, lot: Scene) -> None:
     ground = GroundImage(lot.image, NORTH_UP, np.ones(lot.image.shape[:2], np.bool_))
     found = StallDetector(network).detect(ground)

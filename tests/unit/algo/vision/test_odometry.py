@@ -95,7 +95,7 @@ def test_a_walk_of_the_position_that_the_drone_follows_is_seen(eye: Eye) -> None
     assert all(step.since == before.until for before, step in pairwise(steps))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_flight_is_seen_as_it_was_flown(eye: Eye) -> None:
     def pose(k: int) -> MapPose:
         return replace(STILL, north=1.6 * k - 12, east=0.4 * k, roll=0.05 * math.sin(k), pitch=-0.08, yaw=0.1 * k)
@@ -139,7 +139,7 @@ def test_a_walk_of_the_position_is_seen_beside_a_roof(eye: Eye, walk_m_s: float)
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, seen), abs=0.25 * abs(seen))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("step_s", [3 * STEP_S, *nightly(STEP_S)])
 @pytest.mark.parametrize("factor", [1.3, 2.2, *nightly(1.7)])
 def test_a_drone_that_is_faster_than_reported_is_no_roof(eye: Eye, factor: float, step_s: float) -> None:
@@ -151,20 +151,20 @@ def test_a_drone_that_is_faster_than_reported_is_no_roof(eye: Eye, factor: float
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 14.4 * (factor - 1)), rel=0.15, abs=0.3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_sinking_that_the_height_does_not_show_stretches_the_ground(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, height=25.0 - 0.5 * k), lambda k: STILL, 20)
     assert sum(step.stretch for step in steps) == pytest.approx(math.log(25 / 15), abs=0.04)
     assert summed(step.beyond for step in steps) == pytest.approx((0.0, 0.0), abs=0.5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_turn_that_the_heading_does_not_show_is_seen(eye: Eye) -> None:
     steps = eye.fly(lambda k: replace(STILL, yaw=0.04 * k), lambda k: STILL, 15)
     assert sum(step.turn for step in steps) == pytest.approx(0.6, abs=0.03)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_climb_and_a_turn_that_the_pose_shows_change_nothing(eye: Eye) -> None:
     def pose(k: int) -> MapPose:
         return replace(STILL, height=15 + 1.2 * k, yaw=0.35 * k)

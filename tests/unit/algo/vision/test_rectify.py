@@ -57,7 +57,7 @@ def spot(camera: CameraModel, at: FloatArray) -> NDArray[np.uint8]:
     return image
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(poses, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.sampled_from([CAMERA, LENS]))
 @settings(max_examples=25)
 def test_a_ground_point_lands_where_an_independent_projection_says(

@@ -228,7 +228,7 @@ def test_the_lot_next_door_is_not_taken_for_this_one(store: Database) -> None:
     assert looks(store, 2) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_saved_again_after_a_battery_swap_keeps_place_and_ids(store: Database) -> None:
     saved(store, survey_of(1, LOT))
     found, which = flown_again(LOT, about_middle(1.0, (0.5, 1.0)), np.random.default_rng(4), missed=0.0)
@@ -284,7 +284,7 @@ def test_of_two_places_that_fit_alike_the_one_counts_where_the_flight_saw_the_pl
     assert set(looks(store, 2)) == set(range(1 + steps, 29))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("known", [lambda k: k + 6, lambda k: k + k % 2, lambda k: k if k < 3 else -1])
 def test_a_flight_that_saw_the_plan_elsewhere_or_at_few_stalls_settles_no_doubt(
     store: Database, known: Callable[[int], int]
@@ -339,7 +339,7 @@ def test_a_place_that_is_not_listed_is_refused_with_its_remedy(store: Database, 
     assert (refused.value.field, refused.value.reason) == ("place", "must be the number of one of the places: 0 to 1")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_datum_of_a_lot_is_the_mean_over_its_surveys_until_it_is_pinned(store: Database) -> None:
     first = saved(store, survey_of(1, LOT))
     assert shown(store, first.lot)["datum"] == pytest.approx([DATUM.latitude, DATUM.longitude], abs=1e-9)

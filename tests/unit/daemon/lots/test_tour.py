@@ -136,7 +136,7 @@ async def test_the_flight_over_the_asked_lot_is_planned_before_the_start_and_its
     assert drone.tour is tour
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_lot_of_sections_alone_has_a_tour_and_is_known_when_it_is_surveyed_again_alone(drone: Drone) -> None:
     lot = await drone.store.write(make_lot)
     opened = await drone.store.write(lambda c: edits.open_edit(c, lot, {"who": "Ann"}, BEGAN))
@@ -178,7 +178,7 @@ async def test_without_a_camera_or_a_place_no_tour_is_planned(drone: Drone) -> N
     assert drone.tours.current == ()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_tour_ends_when_the_lot_is_no_longer_asked_for(drone: Drone) -> None:
     drone.asked = await drone.store_survey()
     await drone.follower.look()
@@ -339,7 +339,7 @@ async def test_after_the_flight_the_newest_plan_is_there(drone: Drone) -> None:
     assert offered(drone) is None
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_another_lot_that_who_has_control_chooses_in_flight_is_flown_as_it_is(drone: Drone) -> None:
     known, _ = await in_flight(drone)
     drone.asked = other = await second_lot(drone)

@@ -175,7 +175,7 @@ async def test_an_earlier_map_without_a_word_on_the_rest_is_flown_again_at_most(
     assert whole == pytest.approx(seconds * ASSUMED_DRAIN, rel=0.02)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_worst_drain_of_the_last_flights_is_used(make: Make) -> None:
     drains = tuple(FlightDrain(drain, 300.0, UTC_START - 600) for drain in (0.06, 0.09))
     first = await looked(make(continues_survey=True, memory=SurveyMemory(left=LEFT)), 5_000.0)
@@ -187,7 +187,7 @@ async def test_the_worst_drain_of_the_last_flights_is_used(make: Make) -> None:
     assert "drain assumed" not in await checked(second)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_it_is_reported_once_that_an_earlier_survey_goes_on(make: Make) -> None:
     rig = await looked(make(continues_survey=True, memory=SurveyMemory(left=LEFT)), 5_000.0)
     await rig.run(5)
@@ -202,7 +202,7 @@ def exploring(remaining: float, north: float = 60.0) -> PathPlan:
     return PathPlan(MapPoint(north, 0.0), 35.0, 0.0, explore=ExploreStatus(seen=0.8, remaining_m=remaining))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_in_flight_the_planners_distance_counts_and_what_is_left_is_journalled(make: Make) -> None:
     kept: list[SurveyLeft] = []
     rig = make(memory=SurveyMemory(keep_left=kept.append))

@@ -178,7 +178,7 @@ def test_an_outline_is_taken_only_when_it_is_a_simple_polygon(corners: list[tupl
     assert refusal or (shape.is_valid and shape.area >= 399)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.floats(-80, 80), st.floats(-180, 180), st.lists(st.tuples(coordinate, coordinate), min_size=1, max_size=5))
 def test_corners_come_back_from_wgs_84(latitude: float, longitude: float, corners: list[tuple[float, float]]) -> None:
     datum = GlobalPose(latitude, longitude, 0.0)

@@ -68,7 +68,7 @@ def test_our_zones_are_grown_by_the_margin_and_the_autopilots_are_as_drawn() -> 
     assert ZONED.polygon == polygon_fence(SQUARE, 5, 100, 3).polygon
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @given(st.lists(st.tuples(centimetres, centimetres), min_size=3, max_size=7), st.floats(0.5, 20.0))
 def test_a_grown_zone_is_nowhere_nearer_than_the_margin(corners: list[tuple[float, float]], margin: float) -> None:
     zone = shapely.Polygon(corners)

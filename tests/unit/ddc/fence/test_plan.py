@@ -409,7 +409,7 @@ async def test_a_drone_outside_may_keep_the_fence_but_not_arm(rig: Rig) -> None:
 # -- a path that leaves a concave fence and enters it again -----------------------------------------------------------
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
     across = CompulsiveMove(x=EAST_ARM.north, y=EAST_ARM.east, frame="Map")
     answer = concave.command(across)
@@ -424,7 +424,7 @@ async def test_a_move_across_the_gap_is_refused(concave: Rig) -> None:
     concave.order(CompulsiveMove(x=0, y=-40, frame="Map"))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_new_target_in_flight_is_checked_from_where_the_drone_is(concave: Rig) -> None:
     concave.order(CompulsiveMove(x=0, y=-40, frame="Map"))
     await concave.run(1)

@@ -298,7 +298,7 @@ async def test_who_changes_it_again_and_again_ends_the_flight_at_home(flying: Ri
     assert flying.command(Hold()).reason.startswith("Not while this lasts: Somebody changes the autopilot")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_what_the_autopilot_refuses_to_take_back_ends_the_flight_at_home(flying: Rig) -> None:
     await flying.run(2)
     flying.autopilot.refuse["set_parameter"] = "no"

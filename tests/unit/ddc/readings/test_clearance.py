@@ -192,7 +192,7 @@ async def test_a_move_towards_a_roof_ends_above_it(flying: Rig) -> None:
     flying.expect(S.HOVER)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_without_a_rangefinder_the_same_move_goes_on(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=60.0, y=0.0))
     await flying.run(9.0)

@@ -133,7 +133,7 @@ async def test_while_a_pilot_flies_home_is_only_reported(fresh: Rig) -> None:
     assert away(fresh) < 0.01
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_on_the_ground_disarmed_nothing_is_set(rig: Rig) -> None:
     move_home(rig)
     await rig.run(5)
@@ -176,7 +176,7 @@ async def test_a_home_that_stays_moved_refuses_tasks_and_ends_the_flight(flying:
     assert any("it cannot be put back: its home" in text for text in flying.log)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_return_waits_until_home_is_back(flying: Rig) -> None:
     await flying.run(1)
     flying.autopilot.keeps_home = False

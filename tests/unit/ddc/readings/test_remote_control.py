@@ -252,7 +252,7 @@ async def test_a_switch_that_was_not_read_refuses_arm(tmp_path: Path) -> None:
     await rig.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_flown_without_a_remote_control_where_none_is_required(tmp_path: Path) -> None:
     settings = DdcSettings(remote_control=RemoteControlSettings(required=False))
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, "FS_THR_ENABLE": 0, "FS_GCS_ENABLE": 0}, settings=settings)

@@ -42,7 +42,7 @@ def leaning(now: float, velocity: tuple[float, float], north: float, east: float
     return replace(pose(now), velocity=(*velocity, 0.0), roll=roll, pitch=pitch, yaw=yaw)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=25)
 @given(
     st.floats(0, 12),

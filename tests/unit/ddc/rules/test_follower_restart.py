@@ -71,7 +71,7 @@ MODES = [
 ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @sweep(("mode", "state"), MODES)
 async def test_the_first_start_takes_its_state_from_the_mapping_and_sends_nothing(
     make: Callable[..., Rig], mode: int, state: StateName
@@ -113,7 +113,7 @@ async def test_it_acts_within_three_seconds_without_a_landed_state(make: Callabl
     rig.expect(S.COMMUNICATION_LOST)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_without_an_operator_it_returns_after_its_hold(make: Callable[..., Rig]) -> None:
     rig = make()
     await rig.run(30.5)
@@ -168,7 +168,7 @@ async def test_flight_time_and_distance_go_on(make: Callable[..., Rig]) -> None:
     assert reported(rig)[1] == pytest.approx(832.5, abs=3)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_parameter_that_was_changed_while_the_program_was_away_is_put_back(tmp_path: Path) -> None:
     first = Rig(tmp_path)
     await first.enter(S.HOVER)
@@ -196,7 +196,7 @@ async def test_a_flight_of_long_ago_is_another_one(make: Callable[..., Rig], kep
     assert path < 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Path) -> None:
     rig = Rig(tmp_path, flight=FlightSoFar(300.0, 812.5, NOW.before(2.0)))
     await rig.enter(S.TAKEOFF)
@@ -207,7 +207,7 @@ async def test_a_flight_that_begins_from_the_ground_begins_at_zero(tmp_path: Pat
     assert path < 5
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_flight_is_kept_twice_a_second_and_ends_on_the_ground(fresh: Rig) -> None:
     await fresh.enter(S.HOVER)
     fresh.kept_flights.clear()

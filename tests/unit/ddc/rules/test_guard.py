@@ -147,7 +147,7 @@ async def test_a_holding_state_goes_back_inside_itself(fresh: Rig, state: StateN
     assert fresh.autopilot.east == pytest.approx(-143, abs=0.4)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_above_our_ceiling_it_goes_two_metres_below(flying: Rig) -> None:
     flying.autopilot.height = 98.5
     await flying.run(4)
@@ -164,7 +164,7 @@ async def test_half_a_metre_of_noise_is_no_breach(flying: Rig) -> None:
     assert not any("Outside" in text for text in flying.log)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_not_inside_after_ten_seconds_it_returns_home(fresh: Rig) -> None:
     await fresh.enter(S.AUTONOMOUS_EXPLORE)
     fresh.autopilot.stuck = True
@@ -243,7 +243,7 @@ async def test_a_position_that_the_autopilot_distrusts_makes_it_hold(fresh: Rig)
     assert fresh.log[-1] == "The position was lost. Holding."
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_jump_while_holding_holds_where_it_is_by_the_new_position(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=10, y=0))
     await flying.until(S.HOVER)
@@ -296,7 +296,7 @@ async def test_a_held_drone_is_not_dragged_by_a_jump_of_the_estimate(fresh: Rig,
     assert all(abs(target.north - here) < 0.5 for target in fresh.autopilot.targets[sent:])
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_jump_while_it_goes_back_into_the_fence_forms_the_path_back_again(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.wanted = 148.0, None
     await flying.run(0.3)
@@ -361,7 +361,7 @@ async def test_the_autopilots_own_return_is_never_countermanded(fresh: Rig) -> N
     assert len(fresh.autopilot.asked("set_mode")) == asked
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_landing_that_nobody_asked_for_is_followed(fresh: Rig) -> None:
     await fresh.enter(S.RETURN_TO_LAUNCH)
     fresh.autopilot.change_mode(CopterMode.LAND)

@@ -111,7 +111,7 @@ async def test_one_failed_check_refuses_arm_with_reason_and_remedy(fresh: Rig, w
 
 
 @pytest.mark.parametrize(("name", "value"), [(n, v) for n, v in DEFAULT_PARAMETERS.items() if SAFE_PARAMETERS[n] != v])
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_each_failsafe_parameter_alone_refuses_arm(tmp_path: Path, name: str, value: float) -> None:
     rig = Rig(tmp_path, parameters={**SAFE_PARAMETERS, name: value})
     await rig.run(2)
@@ -134,7 +134,7 @@ async def test_each_failsafe_parameter_alone_refuses_arm(tmp_path: Path, name: s
     ],
     ids=["before 4.7", "4.7", "metres"],
 )
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_set_failsafes_makes_the_defaults_safe_and_arm_possible(
     tmp_path: Path, parameters: dict[str, float]
 ) -> None:

@@ -121,7 +121,7 @@ async def test_a_climb_whose_landed_state_is_late_counts_as_flight(rig: Rig) -> 
     assert CopterMode.RTL in rig.autopilot.asked("send_mode")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("state", [StateName.IDLE, StateName.ARM])
 async def test_on_the_ground_nothing_is_reported_and_heartbeats_go_on(fresh: Rig, state: StateName) -> None:
     await fresh.enter(state)

@@ -93,7 +93,7 @@ async def test_explore_is_no_faster_than_vision_reads_and_says_so_once(flying: R
     assert sum("Slower, at 1.0 m/s" in text for text in flying.log) == 1
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_plan_outside_the_fence_is_not_flown(flying: Rig) -> None:
     flying.order(AutonomousExplore())
     await flying.tick()

@@ -19,7 +19,7 @@ from tests.unit.ddc.fakes import Rig
 S = StateName
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_relative_move_starts_where_the_drone_is_when_it_is_accepted(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.east = 10, 20
     await flying.tick()
@@ -30,7 +30,7 @@ async def test_a_relative_move_starts_where_the_drone_is_when_it_is_accepted(fly
     assert "There. Holding." in flying.log
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_map_move_goes_to_coordinates(flying: Rig) -> None:
     flying.autopilot.north, flying.autopilot.east = 10, 20
     await flying.tick()
@@ -40,7 +40,7 @@ async def test_a_map_move_goes_to_coordinates(flying: Rig) -> None:
     assert (flying.autopilot.north, flying.autopilot.east) == pytest.approx((15, -5), abs=0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_compulsive_move_may_name_its_height(flying: Rig) -> None:
     flying.order(CompulsiveMove(x=5, y=0, height=50))
     await flying.until(S.HOVER)
@@ -78,7 +78,7 @@ async def test_a_path_that_leaves_the_fence_is_refused(fresh: Rig) -> None:
     fresh.expect(S.HOVER)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_new_target_is_taken_in_flight(fresh: Rig) -> None:
     await fresh.enter(S.COMPULSIVE_MOVE)
     await fresh.run(2)
@@ -90,7 +90,7 @@ async def test_a_new_target_is_taken_in_flight(fresh: Rig) -> None:
     assert (fresh.autopilot.north, fresh.autopilot.east) == pytest.approx((0, 30), abs=0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_compulsive_move_needs_no_perception(flying: Rig) -> None:
     flying.sight.healthy = flying.sight.flows = False
     flying.sight.lot = None

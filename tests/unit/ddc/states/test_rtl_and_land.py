@@ -104,7 +104,7 @@ async def test_a_pilot_takes_over_from_every_state_in_the_air(fresh: Rig) -> Non
         assert len(fresh.autopilot.asked("set_mode")) == asked
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_manual_commands_nothing_by_itself(fresh: Rig) -> None:
     await fresh.enter(S.MANUAL)
     fresh.autopilot.calls.clear()

@@ -157,7 +157,7 @@ def test_the_guard_ends_a_task_while_the_heading_is_doubted() -> None:
     assert not doubt.misleads_home
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_drone_whose_heading_is_doubted_goes_on_holding(fresh: Rig) -> None:
     await fresh.enter(StateName.HOVER)
     for _ in range(30):

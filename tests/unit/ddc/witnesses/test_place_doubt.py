@@ -458,7 +458,7 @@ async def test_gnss_that_walks_ends_the_exploration_and_the_camera_holds_the_dro
     }
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_the_operator_may_land_or_return_in_doubt(holding: Rig) -> None:
     walker = Walker(holding)
     await walker.run(8.0, (0.7, 0.0))
@@ -481,7 +481,7 @@ async def test_after_the_landing_nothing_is_doubted(holding: Rig) -> None:
     assert holding.manager.situation().facts.health("position").is_healthy
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_leap_of_the_estimate_is_followed_no_more(holding: Rig) -> None:
     walker = Walker(holding)
     await walker.run(8.0, (0.7, 0.0))

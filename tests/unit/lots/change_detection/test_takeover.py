@@ -42,7 +42,7 @@ def test_a_survey_of_the_same_paint_proposes_nothing(archive: Archive) -> None:
     assert archive.changes() == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_taking_over_makes_one_version_in_which_stalls_that_fit_keep_ids_and_labels(archive: Archive) -> None:
     before = archive.stalls()
     saved = archive.add(repainted(2))
@@ -59,7 +59,7 @@ def test_taking_over_makes_one_version_in_which_stalls_that_fit_keep_ids_and_lab
     assert archive.changes() == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_new_stalls_have_the_look_of_the_survey_that_found_them_and_ended_ones_lose_it(archive: Archive) -> None:
     saved, former = archive.add(repainted(2)), {*archive.stalls().values()}
     archive.take_over(saved.survey, begin="all", end="all")
@@ -68,7 +68,7 @@ def test_new_stalls_have_the_look_of_the_survey_that_found_them_and_ended_ones_l
     assert sorted(each["state"] for each in new) == sorted(states[number] for number in range(21, 39))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_next_survey_finds_the_new_row_with_its_new_ids(archive: Archive) -> None:
     archive.take_over(archive.add(repainted(2)).survey, begin="all", end="all")
     saved = archive.add(repainted(3))
@@ -76,7 +76,7 @@ def test_the_next_survey_finds_the_new_row_with_its_new_ids(archive: Archive) ->
     assert archive.changes() == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_one_undo_brings_the_former_layout_back_and_the_proposals(archive: Archive) -> None:
     saved = archive.add(repainted(2))
     before = archive.read(), archive.newest()
@@ -87,7 +87,7 @@ def test_one_undo_brings_the_former_layout_back_and_the_proposals(archive: Archi
         archive.undo(done)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_layout_that_a_later_survey_was_placed_on_is_not_undone(archive: Archive) -> None:
     done = archive.take_over(archive.add(repainted(2)).survey, begin="all", end="all")
     archive.add(repainted(3))
@@ -95,7 +95,7 @@ def test_a_layout_that_a_later_survey_was_placed_on_is_not_undone(archive: Archi
         archive.undo(done)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_confirmed_stalls_end_only_when_they_are_named(archive: Archive) -> None:
     archive.edit({"do": "confirm", "row": "B"})
     saved = archive.add(repainted(2))
@@ -153,7 +153,7 @@ def test_any_choice_ends_and_begins_just_what_it_names_and_is_undone_whole(
     archive.store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_labels_of_a_take_over_that_was_undone_are_free(archive: Archive) -> None:
     saved = archive.add(extra(flown(2)))
     done = archive.take_over(saved.survey, begin="all")
@@ -191,7 +191,7 @@ def test_a_dropped_end_comes_back_only_after_a_survey_that_found_the_stall(archi
     assert archive.newest() == (set(), {"A 7"})
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_stall_that_a_person_removed_is_not_proposed_by_surveys_that_see_the_same(archive: Archive) -> None:
     archive.add(flown(2))
     archive.edit({"do": "remove", "stalls": [archive.stalls()["A 7"]]})
@@ -200,7 +200,7 @@ def test_a_stall_that_a_person_removed_is_not_proposed_by_surveys_that_see_the_s
     assert archive.changes() == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_stall_that_a_person_moved_is_not_proposed_where_it_was(archive: Archive) -> None:
     archive.edit({"do": "move", "stalls": [archive.stalls()["A 1"]], "north": 0.0, "east": -2.0})
     archive.add(flown(2))
@@ -230,7 +230,7 @@ def test_a_given_stall_ends_where_the_flight_saw_none_and_an_earlier_one_did(
     assert archive.newest() == (set(), {"A 7"} if ends else set())
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_find_beside_given_stalls_is_proposed_and_not_counted(archive: Archive) -> None:
     found = extra(flown(2))
     saved = archive.add(replace(found, stalls=(*found.stalls[:-1], replace(found.stalls[-1], is_extra=True))))
@@ -241,7 +241,7 @@ def test_a_find_beside_given_stalls_is_proposed_and_not_counted(archive: Archive
     assert len(archive.stalls()) == 61
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_older_survey_speaks_of_the_ground_that_newer_ones_have_not_seen(archive: Archive) -> None:
     archive.add(without(flown(2), 7, 47))
     newer = without(flown(3), 7)

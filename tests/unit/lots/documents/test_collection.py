@@ -142,7 +142,7 @@ def test_the_same_document_again_answers_the_same_and_writes_nothing(drone: Dron
     assert shown(centre) == before
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_an_earlier_state_that_comes_later_changes_nothing(drone: Drone, centre: Database) -> None:
     documents = [survey_document.unpacked(data) for data in drone.sent]
     states = [each for each in documents if each.survey.landing == 1]
@@ -201,7 +201,7 @@ def test_what_was_erased_here_does_not_come_back(drone: Drone, centre: Database)
     assert shown(centre)["survey"] == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_what_a_person_says_at_the_centre_of_a_plan_stays_and_surveys_go_on(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     first = drone.add(survey())
@@ -231,7 +231,7 @@ def test_what_a_person_says_at_the_centre_of_a_plan_stays_and_surveys_go_on(tmp_
     drone.store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_that_a_person_at_the_centre_deleted_or_moved_stays_so(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     given = [survey(), later(survey(seed=2), 2)]
@@ -257,7 +257,7 @@ def test_a_survey_that_a_person_at_the_centre_deleted_or_moved_stays_so(tmp_path
     drone.store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_new_survey_of_a_lot_that_a_person_at_the_centre_merged_is_registered_in_the_other_one(
     tmp_path: Path, centre: Database
 ) -> None:
@@ -282,7 +282,7 @@ def test_a_new_survey_of_a_lot_that_a_person_at_the_centre_merged_is_registered_
     drone.store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_counts_of_sections_by_vehicles_stay_though_no_vehicle_is_here(tmp_path: Path, centre: Database) -> None:
     drone = Drone.at(tmp_path / "lots.db")
     first = drone.add(survey())

@@ -42,7 +42,7 @@ def test_a_document_says_what_the_survey_found_and_where_it_lies(drone: Drone) -
     assert [(each.row, each.column, each.jpeg) for each in document.mosaic] == [(0, -1, tile())]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_no_vehicle_is_in_a_document_and_the_counts_of_sections_are(drone: Drone) -> None:
     first = drone.add(survey())
     assert first.lot is not None
@@ -83,7 +83,7 @@ def test_each_change_gives_survey_and_lot_a_higher_state_and_nothing_else_does(d
     assert three.survey.placed == "deleted"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_state_is_sent_until_it_is_received_the_newest_first_and_then_the_oldest(drone: Drone) -> None:
     for number in range(4):
         drone.add(later(survey(seed=number), number + 1, 24.0 * number))
@@ -185,7 +185,7 @@ def test_what_is_not_there_or_damaged_is_refused_with_its_name(drone: Drone) -> 
         drone.document(first.survey)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_restored_store_has_newer_states_than_the_one_before_it(drone: Drone, tmp_path: Path) -> None:
     first = drone.add(survey())
     backup(drone.store.path, tmp_path / "backup.db")

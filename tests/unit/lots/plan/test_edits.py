@@ -101,7 +101,7 @@ def test_an_edit_outlives_the_program(ann: Person) -> None:
     assert ann.close()["layout"] == 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_operations_are_undone_and_done_again_without_end(ann: Person) -> None:
     plans = [ann.shown()]
     for number in range(1, 11):
@@ -262,7 +262,7 @@ def same_place(known: KnownGround, found: MappedGround) -> Registration:
     return Registration(0.0, 0.0, 0.0, {number: stall for number, stall in same.items() if stall is not None})
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_that_lands_during_an_edit_is_placed_on_the_open_version(tmp_path: Path) -> None:
     store = Database(tmp_path / "lots.db", FAST)
     with store.writing() as connection:

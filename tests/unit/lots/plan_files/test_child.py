@@ -11,14 +11,14 @@ from hawk.lots.values import LotInputError
 from tests.unit.lots.plan_files.files import feature, geojson, numbered, plan
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_plan_comes_back_as_it_is_read_here() -> None:
     data = geojson([*numbered(3, parking_space="staff"), feature([5.0, 52.0], "Point")])
     found = child.unpacked(await child.read_apart(data, Asked(label="label")))
     assert found == plan(data, label="label")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_refusal_comes_back_with_its_field() -> None:
     with pytest.raises(LotInputError, match="is a DWG") as refused:
         await child.read_apart(b"AC1032", Asked())

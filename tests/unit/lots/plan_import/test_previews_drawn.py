@@ -77,7 +77,7 @@ def test_what_previews_say_of_drawn_files(person: Importer) -> None:
     check_values(HERE / "previews.json", found)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_plans_that_imports_leave(person: Importer) -> None:
     person.do("confirm", stalls=person.ids("A 1", "A 2"))
     plain = NamedIds().plain
@@ -93,7 +93,7 @@ def test_the_plans_that_imports_leave(person: Importer) -> None:
     check_values(HERE / "plans.json", found, digits=8)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_where_plans_are_placed(tmp_path: Path) -> None:
     person = importer(tmp_path)
     placed = {

@@ -143,7 +143,7 @@ def test_sections_that_the_file_has_not_end_amid_its_own_on_ask_alone(person: Im
     assert [*sections(person)] == ["Elm", "Far", "New"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_new_lot_of_sections_alone_is_made_and_undone(person: Importer) -> None:
     north = [(5000.0, 0.0), (5000.0, 80.0)]
     made = person.begin(geojson([kerb(north, capacity=12)]), "Elm Street")

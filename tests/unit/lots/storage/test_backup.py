@@ -84,7 +84,7 @@ def test_a_backup_while_another_program_writes_is_whole(tmp_path: Path) -> None:
     assert read(path)[: len(found)] == found  # what a killed writer leaves opens as well
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_restore_replaces_the_content_under_a_program_that_has_it_open_and_keeps_the_former(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     running = Database(path)

@@ -172,7 +172,7 @@ def test_a_survey_that_was_erased_stays_so(kept: Kept, capsys: pytest.CaptureFix
     assert kept.opened_by() == [True, True]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_lot_that_was_erased_stays_so_with_its_links(kept: Kept) -> None:
     assert kept.hawk("erase", "--lot", "North", "--yes") == 0
     assert kept.hawk("restore", str(kept.copy)) == 0
@@ -199,7 +199,7 @@ def test_what_was_erased_is_known_over_a_damaged_store(kept: Kept) -> None:
     assert kept.surveys[1] not in kept.there()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_that_was_moved_before_its_lot_was_erased_is_kept(kept: Kept) -> None:
     kept.change(lambda c: commands.move(c, kept.surveys[1], {"lot": kept.other}, "operator", NOW, None))
     assert kept.hawk("erase", "--lot", "North", "--yes") == 0

@@ -302,7 +302,7 @@ def of_version_1(path: Path, spoil: str = "SELECT 1") -> None:
         opened.commit()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_store_of_version_1_is_migrated_and_its_lots_have_the_time_zone_of_their_place(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     of_version_1(path)

@@ -98,7 +98,7 @@ def test_every_table_is_of_a_part() -> None:
     assert METADATA.tables.keys() - of_parts == {"digest", "erased", "desk", "arrival"}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_whatever_the_program_writes_has_its_digests(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     lot = filled(path)

@@ -44,7 +44,7 @@ def counted(connection: Connection, seq: int) -> dict[str, int]:
     return counts_of(connection, rows)[0]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_survey_on_the_layout_counts_the_stalls_of_the_lot_everywhere_as_in_its_files(store: Database) -> None:
     with store.writing() as connection:
         first = save(connection, survey(), find_stalls)

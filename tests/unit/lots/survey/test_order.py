@@ -52,7 +52,7 @@ def pictures(number: int, hours: float) -> FinishedSurvey:
     return replace(found, pictures=source, stalls=tuple(replace(each, looked_at=found.ended) for each in found.stalls))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_survey(store: Database) -> None:
     saved(store, survey())
     last = saved(store, later(survey(seed=2), 2, 48.0))
@@ -77,7 +77,7 @@ def test_pictures_of_an_earlier_day_that_are_stored_later_are_not_the_last_surve
         assert all(exported[stall] == utc(looked) for stall, looked in seen)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_pictures_of_a_later_day_are_the_last_survey(store: Database) -> None:
     saved(store, survey())
     last = saved(store, pictures(2, 24.0))
@@ -86,7 +86,7 @@ def test_pictures_of_a_later_day_are_the_last_survey(store: Database) -> None:
         assert whole.lot(connection, last.lot)["last_survey"]["id"] == last.survey
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_landing_follows_those_before_it_whatever_its_clock_says(store: Database) -> None:
     saved(store, survey())
     stepped = saved(store, later(survey(seed=2), 2, -1000.0))

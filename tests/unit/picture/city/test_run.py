@@ -37,7 +37,7 @@ def same(one: PictureSurvey, other: PictureSurvey) -> bool:
     )  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_results_that_are_there_are_not_computed_again(tmp_path: Path) -> None:
     steps: list[tuple[int, int]] = []
     first = mapped(tmp_path, steps=steps)
@@ -71,7 +71,7 @@ def test_a_run_that_was_cut_off_goes_on(tmp_path: Path) -> None:
     assert [each.name for each in (tmp_path / "out").iterdir() if each.name.startswith(".")] == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_failed_windows_are_named_and_tried_again(tmp_path: Path) -> None:
     whole = mapped(tmp_path, "whole").mapped
     before = looks(tmp_path)
@@ -117,7 +117,7 @@ def test_a_city_of_which_no_window_can_be_looked_at_is_refused(tmp_path: Path, m
         mapped(tmp_path)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_order_of_the_windows_changes_nothing(tmp_path: Path) -> None:
     usual = mapped(tmp_path)
     source, tasks = fakes.windows(tmp_path)
@@ -146,7 +146,7 @@ def test_outlines_limit_the_windows_and_the_stalls(tmp_path: Path) -> None:
     assert len(run.mapped.survey.stalls) < len(whole.survey.stalls)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_city_of_one_window_is_the_orthophoto_itself(tmp_path: Path) -> None:
     path = lot_file(tmp_path)
     run = map_city(CityWork(path, out=tmp_path / "out", load=lambda model, engine: detector()))

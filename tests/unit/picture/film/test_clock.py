@@ -39,7 +39,7 @@ def _motion(course: Course, begin: float, lens: float = 1.0, noise: float = 0.0)
     return Motion(times, shift + np.random.default_rng(3).normal(0.0, noise, shift.shape), BETWEEN_S)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=8, deadline=None)
 @given(seed=st.integers(1, 60), begin=st.floats(2.0, 80.0), lens=st.floats(0.92, 1.08))
 def test_the_begin_is_found_anywhere_in_a_log(seed: int, begin: float, lens: float) -> None:

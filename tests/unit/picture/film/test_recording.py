@@ -20,7 +20,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return unpack("survey", tmp_path_factory.mktemp("recording"))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_recording_is_a_film_with_its_own_poses_and_camera(recording: Path) -> None:
     film, read = read_film(recording), read_frames(recording)
     assert 5 < len(film.shots) < len(read.numbers) / 2
@@ -82,7 +82,7 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
         read_film(tmp_path / "b.mcap")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_recording_that_breaks_off_gives_what_it_has(recording: Path, tmp_path: Path) -> None:
     torn = tmp_path / "torn.mcap"
     torn.write_bytes(recording.read_bytes()[: recording.stat().st_size // 2])

@@ -23,14 +23,14 @@ def grid(crs: str, columns: int = 300, rows: int = 200, metres: float = 0.1, tur
     return measure_grid(PixelGrid(columns, rows, system(crs, "t")[0], (a, b, c, d, e, f)), "t.tif")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("crs", SYSTEMS)
 def test_the_scale_is_that_of_the_ground_whatever_the_units(crs: str) -> None:
     assert grid(crs).metres == pytest.approx((0.1, 0.1), abs=2e-5)
     assert grid(crs, metres=0.07, turn=33.0).metres == pytest.approx((0.07, 0.07), abs=2e-5)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @settings(max_examples=30, deadline=None)
 @given(st.sampled_from(SYSTEMS), st.sampled_from((0.0, 40.0)), st.floats(0, 300), st.floats(0, 200))
 def test_a_place_goes_to_the_earth_and_back(crs: str, turn: float, column: float, row: float) -> None:

@@ -76,7 +76,7 @@ def test_an_outline_that_does_not_fit_is_named_with_its_option(tmp_path: Path, c
         start(city(tmp_path), outline=outline, crs=None, load=lambda: load_fake(tmp_path / "model", "opencv"))
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("error", [MemoryError(), cv2.error("Insufficient memory")])
 def test_a_window_that_the_memory_does_not_hold_is_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, error: Exception

@@ -123,7 +123,7 @@ def test_twenty_thousand_stalls_are_merged_within_seconds() -> None:
     assert len(found) == len(truth) > 20_000
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_lot_in_small_windows_has_the_stalls_that_it_has_as_a_whole(tmp_path: Path) -> None:
     source = open_orthophoto(lot_file(tmp_path))
     whole, parts = (

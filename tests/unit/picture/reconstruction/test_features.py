@@ -7,7 +7,7 @@ from hawk.picture.reconstruction.features import Features, Search, alike, alike_
 from tests.unit.picture.flights import flight, found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_ties_join_the_same_ground() -> None:
     seen = found(flight())
     ties = match((0, 1), flight().true, seen.__getitem__, Search(4.0, 0.9, 0.3))

@@ -11,7 +11,7 @@ from hawk.picture.reconstruction.headings import Couple, Middles, correct_headin
 from tests.unit.picture.flights import flight, found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_neighbours_show_how_a_photograph_was_turned() -> None:
     flown = flight(lanes=1, count=4, sigma=0.3, turned=frozenset({1, 2}))
     posed = [one.posed for one in flown.known]
@@ -51,7 +51,7 @@ def test_middles_that_are_kept_need_no_features_and_give_the_same_headings() -> 
     )
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("said_m", [20.0, 30.0, 50.0])
 def test_the_distances_of_places_show_the_height_whatever_the_files_say(said_m: float) -> None:
     flown = flight(lanes=2, count=3, sigma=0.3)

@@ -50,7 +50,7 @@ def test_photographs_that_share_nothing_say_no_tilt() -> None:
     assert tilts(posed, range(3), lambda _: nothing) == {}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_horizon_is_seen_where_there_is_one() -> None:
     assert all(has_horizon(image) for image in _flown(70.0)[1])
     assert not any(has_horizon(image) for tilt in (0.0, 40.0) for image in _flown(tilt)[1])

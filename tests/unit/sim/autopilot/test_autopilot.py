@@ -33,7 +33,7 @@ def hovering(height: float = 10.0, **changes: Any) -> Autopilot:
     return run(unit, 14.0)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_the_same_seed_flies_the_same_flight() -> None:
     flights = [run(hovering(gnss_sigma=0.5, wind=4.0), 5.0) for _ in range(2)]
     assert flights[0].body == flights[1].body
@@ -67,7 +67,7 @@ def test_drift_moves_the_true_vehicle_not_the_estimate() -> None:
     assert held < 0.5 < true
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_wind_leans_it_and_the_place_is_held() -> None:
     unit = run(hovering(wind=7.0), 15.0)
     assert math.hypot(unit.body.roll, unit.body.pitch) > math.radians(3)
@@ -215,7 +215,7 @@ def test_modes_that_need_a_position_are_refused_in_the_air_without_one() -> None
     assert unit.mode.number == 2
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("speed", [math.nan, 0.0, -1.0, math.inf])
 def test_no_nonsense_speed(speed: float) -> None:
     with pytest.raises(RefusedError):

@@ -125,7 +125,7 @@ def set_home(station: Any, north: float, up: float = 0.0) -> None:
     station.listen()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_a_home_that_is_moved_is_reported_at_once_and_rtl_flies_there(flying: Any) -> None:
     flying.heard.clear()
     set_home(flying, 60.0)

@@ -51,7 +51,7 @@ def test_shoots_as_often_as_it_is_asked_to(flying: Any) -> None:
     assert len(fly_along(flying, follower, clock, 4.0)) == pytest.approx(16, abs=1)
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 def test_sees_the_world_from_where_the_vehicle_is(flying: Any) -> None:
     follower, clock = joined(flying)
     flying.local_target(20.0, -10.0, -15.0, 1.0)

@@ -24,7 +24,7 @@ from tests.unit.web.rig import Rig, browser
 from tests.unit.web.v1.archive import Archive
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive) -> None:
     first = await archive.ask(f"/lots/{archive.lot}/stalls")
     tag = first.headers["ETag"]
@@ -33,7 +33,7 @@ async def test_an_answer_that_the_client_has_is_not_sent_again(archive: Archive)
     assert again.headers["Cache-Control"] == first.headers["Cache-Control"] == "private, no-cache"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_an_answer_is_made_once_until_the_store_changes(
     archive: Archive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -69,7 +69,7 @@ def test_answers_are_kept_up_to_a_size_the_last_wanted_ones_longest() -> None:
     assert kept.get("a", packs=False) is None, "another encoding"
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_what_is_not_there_is_never_said_to_be_unchanged(archive: Archive) -> None:
     tag = (await archive.ask("/lots")).headers["ETag"]
     there = (await archive.ask(f"/lots/{archive.lot}/stalls")).headers["ETag"]

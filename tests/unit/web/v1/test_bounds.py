@@ -165,7 +165,7 @@ async def test_what_is_not_theirs_is_answered_as_what_is_not_there(parted: Parte
     assert (await parted.archive.ask("/lots", If_None_Match=tag)).status == 304
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @sweep("operation", [each for each in READ if ids_asked(each.query)])
 async def test_an_id_in_a_parameter_is_not_confirmed_either(parted: Parted, operation: Operation) -> None:
     for name, kind in ids_asked(operation.query).items():

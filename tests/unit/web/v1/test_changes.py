@@ -97,7 +97,7 @@ async def test_lots_are_named_pinned_and_split_and_each_change_is_undone(archive
     assert (status, problem["field"]) == (409, "seq")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_survey_is_moved_and_placed(archive: Archive) -> None:
     moved = await archive.done(f"/surveys/{archive.surveys[1]}/move", lot=None, name="Alone")
     lots.Done.model_validate(moved)

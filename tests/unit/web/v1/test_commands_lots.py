@@ -94,7 +94,7 @@ async def lots(tmp_path: Path, rig: Rig) -> AsyncIterator[Lots]:
     await store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_lots_are_listed_with_their_surveys_and_stalls(lots: Lots) -> None:
     first = await lots.add(survey())
     await lots.add(replace(later(survey(seed=1), 2), time_is_sure=False))
@@ -109,7 +109,7 @@ async def test_lots_are_listed_with_their_surveys_and_stalls(lots: Lots) -> None
     assert len((await lots.get(f"/lots/{first.lot}"))["outline"][0]) == 4
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_name_is_text_and_html_in_it_stays_as_it_is(lots: Lots) -> None:
     first = await lots.add(survey())
     change = await lots.done(f"/lots/{first.lot}/name", name=f"  {HTML} ")
@@ -156,7 +156,7 @@ async def test_a_later_change_is_undone_first(lots: Lots) -> None:
     assert [each["undone"] is not None for each in await lots.items("/changes")] == [True, True]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_lots_beside_each_other_are_merged_and_undone(lots: Lots) -> None:
     west = await lots.add(survey())
     moved = replace(survey(), datum=replace(DATUM, longitude=5.01))
@@ -177,7 +177,7 @@ async def test_lots_beside_each_other_are_merged_and_undone(lots: Lots) -> None:
     assert {label.split()[0] for label in await lots.stalls(west.lot or "")} == {"A", "B", "C", "D"}
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_two_lots_of_one_ground_are_merged_without_a_guess(lots: Lots) -> None:
     first = await lots.add(survey())
     asked = await lots.add(replace(later(survey(seed=1), 2), outline=box(60, 0, 20, 50)))
@@ -196,7 +196,7 @@ async def test_two_lots_of_one_ground_are_merged_without_a_guess(lots: Lots) -> 
     assert len(await lots.stalls(new["lot"])) == 40
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_lot_is_split_by_an_outline_and_undone(lots: Lots) -> None:
     first = await lots.add(survey(stalls=60))
     before = await lots.everything()
@@ -214,7 +214,7 @@ async def test_a_lot_is_split_by_an_outline_and_undone(lots: Lots) -> None:
     assert await lots.everything() == before
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_split_is_not_undone_while_surveys_are_in_the_lot_that_it_made(lots: Lots) -> None:
     first = await lots.add(survey(stalls=60))
     part = [list(corner) for corner in box(-30, -5, 16.5, 70).polygons[0]]
@@ -397,7 +397,7 @@ async def test_twenty_readers_at_once_are_answered(lots: Lots) -> None:
     assert await asyncio.gather(*(lots.names() for _ in range(20))) == [["Lot 1"]] * 20
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_what_a_survey_proposes_is_taken_over_and_undone(lots: Lots) -> None:
     first = await lots.add(flown(1))
     second = await lots.store.write(lambda c: save(c, repainted(2), by_place))
@@ -432,7 +432,7 @@ async def test_nothing_is_taken_over_or_pinned_while_a_person_edits(lots: Lots) 
         assert (status, refusal["who"]) == (409, "Ann")
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_lot_is_pinned_and_all_that_is_shown_of_it_follows(lots: Lots) -> None:
     first = await lots.add(flown(1))
     before = await lots.everything()

@@ -18,7 +18,7 @@ HTML = "<b onclick='alert(1)'>Ann & Bob</b>"
 NOWHERE = "0" * 36
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_plan_is_corrected_undone_done_again_and_closed(plans: Plans) -> None:
     edit = await plans.opened()
     first = (await plans.stalls())["A 1"]
@@ -85,7 +85,7 @@ async def test_merge_split_and_undo_wait_until_an_edit_is_closed(plans: Plans) -
     assert (await plans.post("/split", name="x", outline=corners))[0] == 200
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_an_area_without_stalls_goes_with_its_ground_into_another_lot(plans: Plans) -> None:
     edit = await plans.opened()
     for north, east in ((-18.0, 2.5), (0.0, 2.5)):

@@ -23,7 +23,7 @@ from tests.unit.web.stand import Stand
 from tests.unit.web.v1.centre import ONE, OTHER, Centre
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_document_is_stored_with_its_picture_and_answered_the_same_each_time(centre: Centre) -> None:
     for document in centre.documents():
         answers = [await centre.send(document) for _ in range(2)]
@@ -196,7 +196,7 @@ async def test_no_command_is_done_at_a_desk_that_collects(centre: Centre) -> Non
         assert "There is no drone here" in answer["Reason"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(centre: Centre) -> None:
     first, _ = centre.documents()
     for role in Role:
@@ -208,7 +208,7 @@ async def test_a_person_sends_no_document_and_a_drone_none_to_another_program(ce
     assert "HTTPS" in problem["detail"]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_stranger_and_another_origin_send_no_document(centre: Centre) -> None:
     first, _ = centre.documents()
     data = parts.packed(first)
@@ -232,7 +232,7 @@ async def test_a_program_that_does_not_collect_takes_no_document(tmp_path: Path,
     await stand.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_token_that_was_removed_or_replaced_opens_nothing(centre: Centre) -> None:
     first, second = centre.documents()
     assert (await centre.send(first))[0] == 200
@@ -245,7 +245,7 @@ async def test_a_token_that_was_removed_or_replaced_opens_nothing(centre: Centre
     assert (await centre.send(first, new))[0] == 200
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_drone_sends_one_document_at_a_time(centre: Centre) -> None:
     first, second = centre.documents()
     begun, goes_on = asyncio.Event(), asyncio.Event()

@@ -125,7 +125,7 @@ async def test_a_survey_is_deleted_by_an_operator_alone_and_comes_back(archive: 
     assert (await archive.post(operator, f"/api/v1/surveys/{NOWHERE}/delete"))[0] == 404
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_link_opens_its_lot_to_one_without_a_login_and_nothing_else(archive: Archive) -> None:
     operator, nobody = await archive.stand.tool(Role.OPERATOR), await archive.stand.browser()
     status, made = await archive.post(operator, f"/api/v1/lots/{archive.lot}/shares", days=7)

@@ -23,7 +23,7 @@ async def defined(archive: Archive) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_every_address_is_defined_with_its_server(archive: Archive) -> None:
     found = await defined(archive)
     OpenAPI.model_validate(found)
@@ -63,7 +63,7 @@ def test_the_schemas_are_valid_and_every_reference_leads_somewhere() -> None:
         assert part.partition('"')[0] in schemas
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @sweep("operation", OPERATIONS)
 def test_every_address_says_what_it_takes_and_answers(operation: Operation) -> None:
     from hawk.web.v1.openapi import document

@@ -165,7 +165,7 @@ async def test_observations_are_read_by_lot_survey_and_stall(archive: Archive) -
     assert await archive.items(f"/lots/{archive.far}/observations?survey={second}") == []
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize("by", [None, "hour", "row", "zone", "kind"])
 async def test_statistics_are_those_of_the_command(archive: Archive, by: Partition | None) -> None:
     asked = "time_zone=UTC" if by is None else f"time_zone=UTC&by={by}"

@@ -60,7 +60,7 @@ async def desk(tmp_path: Path, rig: Rig, week: tuple[Path, str]) -> AsyncIterato
     await store.close()
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 async def test_a_viewer_is_shown_the_document_which_a_frame_of_this_page_may_hold(desk: Desk) -> None:
     response = await desk.report("html", "?row=B&weekday=mon-fri&hour=7-11&language=fr&paper=letter")
     page = Page.of(await response.text())
@@ -194,7 +194,7 @@ async def test_a_file_that_nobody_waits_for_any_more_is_written_no_further(
     assert (await desk.report("xlsx")).status == 200
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.parametrize(
     ("library", "lots", "words"),
     [

@@ -35,7 +35,7 @@ async def test_the_address_is_one_word_of_the_pipeline(tmp_path: Path) -> None:
     assert words.index("rtspsrc") < words.index("decodebin") < words.index("jpegenc") < words.index("fdsink")
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 async def test_a_camera_that_stops_is_ended_each_time_and_comes_back(tmp_path: Path) -> None:
     source = RtspSource(URL, ManualClock(), program(tmp_path, JPEG, "picture()\nhang()"), SHORT)
     for _ in range(2):
@@ -81,7 +81,7 @@ async def test_a_real_stream_is_played_with_user_and_query(camera: RtspCamera) -
     assert f"DESCRIBE rtsp://127.0.0.1:{port}/live?channel=1" in camera.paths
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @needs_gstreamer
 async def test_a_camera_that_falls_silent_or_is_switched_off_comes_back(camera: RtspCamera) -> None:
     port = await camera.start()

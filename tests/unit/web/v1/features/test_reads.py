@@ -33,7 +33,7 @@ def links_of(found: dict[str, Any]) -> dict[str, str]:
     return {each["rel"]: each["href"] for each in found["links"]}
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 async def test_every_link_from_the_landing_page_leads_on(archive: Archive) -> None:
     landing = await archive.shown("/features", shapes.Landing)
     links = links_of(landing)
