@@ -59,7 +59,7 @@ check: lint fast
 # Everything: see CONTRIBUTING.md for the time that each kind takes.
 test: setup
 	$(MAKE) --jobs 2 --output-sync lint page-check docs
-	$(MAKE) --jobs 2 --output-sync units-beside programs
+	$(MAKE) $(UNIT_KINDS) programs
 
 # Whole explorations and benchmarks' runs, what cheaper tests of `make test` show too, and properties on more and on new
 # examples: once a night, and before a release. An hour.
@@ -99,10 +99,6 @@ fast: $(STAMP)
 
 unit: $(STAMP)
 	$(UNIT) -m 'not nightly' $(ARGS)
-
-# Programs wait for each other a third of their time. Unit tests take that, and go last: programs see in real time.
-units-beside: $(STAMP)
-	nice -n 10 $(MAKE) --jobs 1 $(UNIT_KINDS)
 
 coverage: $(STAMP)
 	$(UNIT) $(COVERED) --cov --cov-report= $(ARGS)
