@@ -73,7 +73,7 @@ def shown(folder: Path, zoom: int, place: tuple[float, float]) -> tuple[int, ...
     return (*pixel[2::-1], *pixel[3:])
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("bands", [3, 4])
 @pytest.mark.parametrize("compression", ["none", "lzw", "deflate"])
 def test_every_place_of_the_picture_is_shown_at_its_place(tmp_path: Path, bands: int, compression: str) -> None:
@@ -100,7 +100,7 @@ def test_beside_the_picture_there_is_nothing(tmp_path: Path) -> None:
     assert kinds == {".jpg", ".png"}, "the edge is transparent, the inside is small"
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_the_edges_between_colours_lie_within_a_pixel(tmp_path: Path) -> None:
     picture = geotiff(tmp_path / "lot.tif")
     assert main(["make-background", str(picture), "--out", str(tmp_path / "tiles"), "--zooms", "21"]) == 0

@@ -166,7 +166,7 @@ def test_the_command_is_one_that_the_command_line_knows(tmp_path: Path) -> None:
     assert (options.in_flight, options.json, options.in_background) == (recording, True, True)
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_an_estimate_in_the_background_runs_at_low_priority(tmp_path: Path) -> None:
     """In a process of its own: niceness cannot be taken back."""
     score = tmp_path / "score"

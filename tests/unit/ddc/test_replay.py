@@ -229,7 +229,7 @@ async def test_the_end_of_the_program_in_the_air_is_decided_again(tmp_path: Path
     assert compare(records, rig.settings).differences == ()
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 async def test_a_file_is_decided_again_by_the_settings_in_it(tmp_path: Path) -> None:
     config = Config(heights=HeightSettings(minimum_m=14.0))
     rig = Rig(tmp_path, settings=DdcSettings.from_config(config))
@@ -420,7 +420,7 @@ SHAPE = "b013aa139049771a"
 """Digest of the attributes of every class that a memory may hold, for `FORMAT`."""
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_memory_of_another_shape_has_another_number() -> None:
     """Write the new digest here when this fails; raise FORMAT in hawk.ddc.memory where an older memory cannot go on.
 

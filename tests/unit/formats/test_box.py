@@ -56,7 +56,7 @@ def test_every_end_of_a_reader_has_words(reader: str, asked: dict[str, Any], fie
     assert refused.value.field == field
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_reader_reaches_no_network_where_the_system_can_take_it_away() -> None:
     can = subprocess.run(
         [sys.executable, "-c", "from hawk.formats.box import cut_network; exit(not cut_network())"], check=False

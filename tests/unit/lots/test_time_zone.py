@@ -37,7 +37,7 @@ def lot_of(store: Database) -> str:
     return lot
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "place"), PLACES.items())
 def test_a_lot_has_the_time_zone_of_its_place(store: Database, name: str, place: tuple[float, float]) -> None:
     time_zone._learn(PLACES.values())

@@ -31,7 +31,7 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None:
     steps: list[str] = []
     asked = MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG)
@@ -43,7 +43,7 @@ def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None
     assert survey.ended == pytest.approx(1_777_890_601.5, abs=1.5)
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path: Path) -> None:
     plain, named = (
         survey_of_source(MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, name=name), _nothing)
@@ -57,7 +57,7 @@ def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path:
     assert pictures.words == "film DJI_0007.MP4"
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(film: Path, tmp_path: Path) -> None:
     plain, timed = (
         survey_of_source(MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, taken=taken), _nothing)

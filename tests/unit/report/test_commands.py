@@ -34,7 +34,7 @@ def test_the_end_of_the_name_says_the_kind_of_file(run: Run, folder: Path, kind:
     assert (folder / f"report.{kind}").read_bytes().startswith(begin)
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_question_period_clock_language_and_paper_are_those_of_the_options(run: Run, folder: Path) -> None:
     options = "--row B --weekday mon-fri --hour 5-12 --from 2026-05-05 --to 2026-05-08 --time-zone UTC --language fr"
     assert run("r.html", *options.split(), "--paper", "letter")[0] == 0

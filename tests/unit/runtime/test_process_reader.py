@@ -11,7 +11,7 @@ PRINTS = "import sys\nfrom hawk import cli\ncli._run_command = lambda _: print('
 GIVEN = (["-c", PRINTS], ["-m", "hawk.cli", "map", "none", "--out", "x", "--json"])
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("command", GIVEN)
 def test_a_command_ends_quietly_when_nobody_reads_its_output(command: list[str]) -> None:
     with subprocess.Popen(

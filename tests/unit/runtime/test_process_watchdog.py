@@ -27,7 +27,7 @@ ctypes.PyDLL(None).sleep(30)  # C code that keeps the GIL: no Python thread runs
 """
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_process_that_hangs_in_c_with_the_gil_is_ended_with_its_stack() -> None:
     started = time.monotonic()
     result = subprocess.run([sys.executable, "-c", HUNG], capture_output=True, text=True, timeout=20)
@@ -90,7 +90,7 @@ def test_a_log_that_nobody_reads_stops_neither_the_ticks_nor_the_end_of_a_proces
     assert result.returncode == -signal.SIGALRM
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_progress_keeps_a_process_alive() -> None:
     ticks = "import time\nfor _ in range(8): time.sleep(0.1); dog.progress(may_fly=True)\ndog.stop()"
     code = HUNG.split("ctypes.PyDLL")[0] + ticks
@@ -202,7 +202,7 @@ def test_systemd_waits_as_long_and_has_its_own_time_again_when_the_drone_may_fly
     assert heard == [each, longer, each, b"WATCHDOG_USEC=3000000", each, b"STOPPING=1"]
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_it_ends_a_process_whose_parent_had_left_the_alarm_ignored_and_blocked() -> None:
     code = "import signal\nsignal.signal(14, signal.SIG_IGN)\nsignal.pthread_sigmask(signal.SIG_BLOCK, [14])\n" + HUNG
     with full_pipe() as stderr:

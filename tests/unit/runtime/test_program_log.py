@@ -97,7 +97,7 @@ log.close()
 """
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_process_ends_in_order_although_nobody_reads_its_log() -> None:
     with full_pipe() as stderr:
         ended = subprocess.run([sys.executable, "-c", ENDS], stderr=stderr, timeout=20, check=False)

@@ -52,7 +52,7 @@ def test_a_device_that_is_not_there_is_named_before_mavsdk_is_asked(tmp_path: Pa
     link.close()
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 async def test_a_missing_serial_device_is_logged_once_though_it_is_looked_for_twice_a_second(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:

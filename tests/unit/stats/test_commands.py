@@ -49,7 +49,7 @@ def test_the_figures_are_printed_with_their_intervals_and_the_clock(run: Run) ->
     assert "occupancy over" in out
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("by", ["hour", "row", "zone", "kind"])
 def test_csv_has_a_line_a_part_that_names_lot_clock_and_surveys(run: Run, by: str) -> None:
     status, out, _ = run("Lot 1", "--by", by, "--csv")

@@ -235,7 +235,7 @@ async def test_a_journal_that_does_not_note_its_time_is_as_old_as_its_file(make:
     assert (state.last_written, state.starts_in_air, state.problem) == (Moment(utc=5000.0), (), "")
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 async def test_whether_the_disk_can_be_written_is_known_at_once(make: Make) -> None:
     journal = make(opener=full_disk)
     journal.try_disk()
@@ -425,7 +425,7 @@ async def test_closing_twice_is_fine_and_ends_the_thread(make: Make) -> None:
     assert not journal._thread.is_alive()
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
     """The real thing: a child that writes is ended by SIGKILL, and everything older than a second is there."""
     child = subprocess.Popen(

@@ -434,7 +434,7 @@ while True:
 """
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_killed_process_loses_less_than_a_second(tmp_path: Path) -> None:
     child = subprocess.Popen([sys.executable, "-c", _CHILD, str(tmp_path)], stdout=subprocess.PIPE, text=True)
     put: list[tuple[int, float]] = []

@@ -42,7 +42,7 @@ def test_a_second_program_is_refused_by_name_and_may_hold_it_when_the_first_was_
     assert not (store / FILE).exists()
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_start_waits_for_the_run_before_to_end(tmp_path: Path) -> None:
     first = subprocess.Popen([sys.executable, "-c", HOLDER, str(tmp_path)], stdout=subprocess.PIPE)
     assert first.stdout is not None

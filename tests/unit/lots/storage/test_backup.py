@@ -66,7 +66,7 @@ def made(path: Path, *numbers: int) -> Path:
     return path
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_backup_while_another_program_writes_is_whole(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     writer = subprocess.Popen([sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True)
@@ -84,7 +84,7 @@ def test_a_backup_while_another_program_writes_is_whole(tmp_path: Path) -> None:
     assert read(path)[: len(found)] == found  # what a killed writer leaves opens as well
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_restore_replaces_the_content_under_a_program_that_has_it_open_and_keeps_the_former(tmp_path: Path) -> None:
     path = tmp_path / "lots.db"
     running = Database(path)
@@ -197,7 +197,7 @@ def test_a_backup_writes_over_nothing_and_needs_a_store(tmp_path: Path) -> None:
         backup(tmp_path / "none.db", tmp_path / "copy.db")
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_the_commands_back_up_and_restore_the_store_of_a_folder(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -48,7 +48,7 @@ def _spacing(film: Film) -> np.ndarray:
     return np.diff(longitude) * 111_320 * math.cos(math.radians(film.shots[0].latitude))
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_frames_follow_the_ground_with_the_places_of_their_captions(tmp_path: Path, straight_film: Path) -> None:
     film = read_film(_with_captions(tmp_path, straight_film, captions(STRAIGHT)), lens=CHOICE)
     quarter = 0.25 * HEIGHT * SIZE[1] / LENS.fx
@@ -93,7 +93,7 @@ def test_pictures_come_alike_forward_and_back(tmp_path: Path, straight_film: Pat
     film.close()
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["tlog", "bin"])
 def test_the_clock_is_fitted_to_a_log_by_the_motion(tmp_path: Path, stopped_film: Path, kind: str) -> None:
     log = tmp_path / f"flight.{kind}"
@@ -260,7 +260,7 @@ def test_without_pymavlink_a_log_is_refused_with_the_remedy(
         read_film(straight_film, log=log, lens=CHOICE)
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize(("turn", "side"), [(0.5, "left"), (1.0, "tail"), (-0.5, "right")])
 def test_a_camera_whose_top_is_to_another_side_is_found_by_the_motion(
     tmp_path: Path, stopped_film: Path, turn: float, side: str

@@ -107,7 +107,7 @@ def test_a_result_is_named_by_everything_that_makes_it(tmp_path: Path) -> None:
     assert len(others | {name}) == 6
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 def test_a_window_gives_the_same_bytes_and_they_hold_all_of_it(tmp_path: Path) -> None:
     source = open_orthophoto(lot_file(tmp_path))
     (window,) = windows_of(source)

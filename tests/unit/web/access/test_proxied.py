@@ -113,7 +113,7 @@ async def test_the_refusal_names_the_header_and_the_remedy(rig: Rig) -> None:
     assert "hawk-drone tokens rotate operator" in text
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FORWARDING)
 async def test_with_a_token_a_proxy_is_asked_for_it(rig: Rig, name: str) -> None:
     rig.web = WebSettings(token=TOKEN)

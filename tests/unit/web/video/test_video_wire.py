@@ -143,7 +143,7 @@ async def test_a_reader_that_looks_for_delimiters_need_not_wait_for_the_next_pic
     writer.close()
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("curl") is None, reason="curl is not installed")
 async def test_curl_receives_the_stream(rig: Rig) -> None:
     server = await rig.start()

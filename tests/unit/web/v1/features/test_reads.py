@@ -93,7 +93,7 @@ async def test_more_features_than_an_answer_holds_are_no_error(
     assert links_of(part)["next"].endswith("limit=25&offset=25")
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 @sweep("name", COUNTS)
 async def test_a_feature_is_found_by_its_id(archive: Archive, name: str) -> None:
     first = (await archive.get(f"{ITEMS.format(name)}?limit=1"))["features"][0]
@@ -233,7 +233,7 @@ async def test_gdal_lists_the_collections_and_counts_their_features(opened: Arch
     }
 
 
-@pytest.mark.nightly
+@pytest.mark.slow
 async def test_gdal_reads_every_stall_of_many_parts_and_those_of_a_box(opened: Archive) -> None:
     found = await by_gdal(opened, READ)
     stalls = [each for lot in (opened.lot, opened.far) for each in await opened.items(f"/lots/{lot}/stalls")]
