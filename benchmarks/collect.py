@@ -18,12 +18,12 @@ import sys
 import tempfile
 import time
 import tracemalloc
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Final
 
-from sqlalchemy import func, select
+from sqlalchemy import Connection, func, select
 
 from benchmarks.figures import BenchmarkError, Figure, Limit, Section, print_and_write
 from benchmarks.options import make_parser
@@ -58,7 +58,7 @@ KBIT: Final = 300.0
 UPLINK_SHARE: Final = 0.01
 UPLINK_MB: Final = 15.0
 WARM: Final = 3
-"""States that a drone has sent before its time in flight is taken."""
+"""States that a drone has sent before its time in flight is taken: it has loaded what it needs by then."""
 _LONGEST_S: Final = 900.0
 
 Sent = tuple[str, str, bytes]
@@ -127,10 +127,7 @@ async def catch_up(folder: Path, surveys: int) -> tuple[float, float]:
     async with _drone_and_desk(folder, surveys) as (drone, settings, target):
         began, used = time.perf_counter(), time.process_time()
         async with _sending(drone, settings, SenderTimes(look_s=1.0), is_flown=False) as store:
-            while await store.read(lambda c: outbox.due_state(c, target, time.time() + _LONGEST_S)) is not None:
-                if time.perf_counter() - began > _LONGEST_S:
-                    raise BenchmarkError(f"the desk has not all surveys after {_LONGEST_S:g} s")
-                await asyncio.sleep(0.2)
+            await _until(store, lambda c: outbox.due_state(c, target, time.time() + _LONGEST_S) is None, "all surveys")
         return time.perf_counter() - began, time.process_time() - used
 
 
@@ -144,7 +141,8 @@ async def in_flight(folder: Path, seconds: float, kbit_s: int) -> tuple[float, f
         drone, settings, target = await stack.enter_async_context(_drone_and_desk(folder, surveys))
         slow = settings.model_copy(update={"kbit_s": kbit_s})
         store = await stack.enter_async_context(_sending(drone, slow, SenderTimes(), is_flown=True))
-        await _first_sent(store, target)
+        asked = select(func.count()).where(DELIVERY.c.target == target, DELIVERY.c.sent.is_not(None))
+        await _until(store, lambda c: c.execute(asked).scalar_one() >= WARM, f"{WARM} states")
         began, used = time.perf_counter(), time.process_time()
         await asyncio.sleep(seconds)
         share = (time.process_time() - used) / (time.perf_counter() - began)
@@ -155,13 +153,12 @@ async def in_flight(folder: Path, seconds: float, kbit_s: int) -> tuple[float, f
     return share, most / 1e6
 
 
-async def _first_sent(store: LotStore, target: str) -> None:
-    """Wait for the first documents: a drone has loaded what it needs before it takes off. Raises BenchmarkError."""
+async def _until(store: LotStore, is_so: Callable[[Connection], bool], what: str) -> None:
+    """Wait until a drone's store says that the desk has something. Raises BenchmarkError."""
     began = time.perf_counter()
-    asked = select(func.count()).select_from(DELIVERY).where(DELIVERY.c.target == target, DELIVERY.c.sent.is_not(None))
-    while await store.read(lambda c: c.execute(asked).scalar_one()) < WARM:
+    while not await store.read(is_so):
         if time.perf_counter() - began > _LONGEST_S:
-            raise BenchmarkError(f"the desk has not {WARM} states after {_LONGEST_S:g} s")
+            raise BenchmarkError(f"the desk has not {what} after {_LONGEST_S:g} s")
         await asyncio.sleep(0.2)
 
 

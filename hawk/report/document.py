@@ -233,7 +233,7 @@ def _short(report: Report, words: Words) -> list[_Figure]:
 
 def section_cells(section: ListedSection, words: Words) -> list[str]:
     """Return what the newest survey counted in a section: vehicles, their range, places, share, room, hidden share."""
-    look, capacity = section.look, NONE if section.capacity is None else words.count(section.capacity)
+    look, capacity = section.look, words.places(section.capacity)
     if look is None:
         return [NONE, NONE, capacity, NONE, NONE, NONE]
     share = NONE if look.occupancy is None else words.share(Estimate(look.occupancy, None, None, 1))

@@ -30,7 +30,8 @@ class LotLine:
     """A lot of the table. Times are on the lot's clock.
 
     ``stalls``: of the layout of its newest survey, else of its plan; ``free`` of them. ``vehicles`` in its sections,
-    which have ``places``, None where nobody said how many. ``unseen``: sections that this survey did not see.
+    which have ``places``, None without any, or where nobody said how many. ``unseen``: sections that this survey did
+    not see.
     ``at``: the newest survey, None without one that counts; ``drone`` that sent it, "" for one that was stored here.
     ``first`` to ``last``: days of its report.
     """
@@ -89,9 +90,8 @@ class LotsReport:
 
     @property
     def places(self) -> int | None:
-        """Places of all sections; None where nobody said those of a lot."""
-        found = [each.places for each in self.lines if each.vehicles.value is not None]
-        return None if None in found else sum(each or 0 for each in found)
+        """Places of all sections; None without any, and where nobody said those of a lot."""
+        return _sum([each.places for each in self.lines if each.vehicles.value is not None])
 
     @property
     def uncounted(self) -> int:
@@ -160,6 +160,9 @@ def _vehicles(looks: Sequence[SectionLook]) -> Estimate:
 
 
 def _places(looks: Sequence[SectionLook]) -> int | None:
-    """Return the places of some sections; None where nobody said those of one."""
-    found = [each.capacity for each in looks]
-    return None if None in found else sum(each or 0 for each in found)
+    """Return the places of some sections; None without any, and where nobody said those of one."""
+    return _sum([each.capacity for each in looks])
+
+
+def _sum(places: Sequence[int | None]) -> int | None:
+    return None if None in places or not places else sum(each or 0 for each in places)

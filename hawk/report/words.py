@@ -101,9 +101,9 @@ class Words:
             return NONE
         return self("range", low=self.mean(found.low), high=self.mean(found.high))
 
-    def places(self, vehicles: Estimate, places: int | None) -> str:
-        """Return the places of sections with a count of vehicles, where they are known."""
-        return NONE if vehicles.value is None or places is None else self.count(places)
+    def places(self, places: int | None) -> str:
+        """Return the places of sections, where they are known."""
+        return NONE if places is None else self.count(places)
 
     # -- times ----------------------------------------------------------------------------------------------------
 

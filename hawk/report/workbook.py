@@ -134,8 +134,7 @@ def _lots(report: LotsReport, words: Words) -> Sheet:
     )  # fmt: skip
     rows: list[list[Cell]] = [
         [
-            number, each.name, each.stalls, *_ranged(each.free), *_ranged(each.vehicles),
-            _places(each.vehicles, each.places),
+            number, each.name, each.stalls, *_ranged(each.free), *_ranged(each.vehicles), each.places,
             words("no-survey") if each.at is None else _of_moment(each.at),
             None if each.at is None else (report.made - each.at).total_seconds() / _SECONDS_A_DAY,
             each.drone, None if each.due is None else _of_moment(each.due), each.lot,
@@ -143,10 +142,7 @@ def _lots(report: LotsReport, words: Words) -> Sheet:
         for number, each in enumerate(report.lines, 1)
     ]  # fmt: skip
     totals: list[list[Cell]] = [
-        [
-            None, words(f"total-{name}"), report.stalls, *_ranged(free), *_ranged(vehicles),
-            _places(vehicles, report.places),
-        ]
+        [None, words(f"total-{name}"), report.stalls, *_ranged(free), *_ranged(vehicles), report.places]
         for name, free, vehicles in (
             ("alike", report.free.alike, report.vehicles.alike), ("apart", report.free.apart, report.vehicles.apart),
         )
@@ -330,11 +326,6 @@ def _estimate(words: Words, kind: Kind) -> tuple[Column, ...]:
     """Return the columns of a figure: the figure, the ends of its interval, and its surveys."""
     shown = (words("share-taken"), words("low"), words("high"))
     return (*(Column(name, kind) for name in shown), Column(words("count-surveys"), "count"))
-
-
-def _places(vehicles: Estimate, places: int | None) -> int | None:
-    """Return the places of sections with a count of vehicles, as `Words.places` shows them."""
-    return None if vehicles.value is None else places
 
 
 def _ranged(found: Estimate) -> tuple[Cell, Cell, Cell]:
