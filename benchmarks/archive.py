@@ -37,7 +37,7 @@ from benchmarks.options import make_parser
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.ingest import save
 from hawk.lots.registration.frames import Move
-from hawk.lots.schema import OBSERVATION, STALL
+from hawk.lots.storage.schema import OBSERVATION, STALL
 from hawk.lots.store import LotStore
 from hawk.lots.values import Detection, FinishedSurvey, Placed, Saved
 from hawk.model.lot_map import StallState

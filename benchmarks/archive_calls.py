@@ -18,8 +18,8 @@ from sqlalchemy import Connection, insert, select, update
 
 from benchmarks.archive_files import FileTimes, measure_files
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.survey.observations import keep_looks, missing_looks
 from hawk.lots.values import FinishedSurvey
 from hawk.stats.panel import Period

@@ -13,7 +13,7 @@ import numpy as np
 from sqlalchemy import Connection, select
 
 from hawk.exports.files import export, export_all
-from hawk.lots.schema import SURVEY
+from hawk.lots.storage.schema import SURVEY
 from hawk.lots.survey.pictures import pictures_of
 from hawk.model.lot_map import TILE_CELLS, EncodedTile, TileKey
 from hawk.model.tile_picture import encode_picture

@@ -34,8 +34,8 @@ from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import outbox
 from hawk.lots.documents import parts, source
 from hawk.lots.ingest import save
-from hawk.lots.schema import DELIVERY, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import DELIVERY, SURVEY
 from hawk.lots.store import FILE, LotStore
 from hawk.web.access.tokens import TOKEN_FILE, rotate, rotate_drone
 from hawk.webhooks.delivery import SenderTimes

@@ -26,8 +26,8 @@ from benchmarks.options import make_parser
 from hawk.lots.plan import edits
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall
-from hawk.lots.schema import LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LAYOUT, LOT, STALL
 from hawk.results.row_labels import letters
 
 LIMITS_MS: Final = {300: 15.0, 20_000: 100.0}

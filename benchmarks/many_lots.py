@@ -33,8 +33,8 @@ from benchmarks.options import make_parser
 from hawk.exports import features
 from hawk.exports.lot_places import lot_places
 from hawk.lots import lists
-from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import SURVEY
 from hawk.lots.store import LotStore
 from hawk.web.v1.answers import Answer, encoded
 

@@ -23,12 +23,12 @@ from benchmarks import archive_calls
 from benchmarks.archive import BIAS, drawn_lot, flight
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.ingest import save
-from hawk.lots.outlines import outline_json, outline_of, pack_outline, unpack_outline
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import about, ring_on_earth
-from hawk.lots.schema import METADATA, PARTS
 from hawk.lots.storage.database import Database, make
 from hawk.lots.storage.digests import Part, digest_of, selections
+from hawk.lots.storage.outlines import outline_json, outline_of, pack_outline, unpack_outline
+from hawk.lots.storage.schema import METADATA, PARTS
 from hawk.model.plans import Outline
 
 FLOWN_OFTEN: Final = 102

@@ -17,8 +17,8 @@ from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.change_detection.proposals import proposals
 from hawk.lots.change_detection.takeover import take_over
 from hawk.lots.ingest import save
-from hawk.lots.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.values import PLACED, FinishedSurvey, Placed, Saved
 from hawk.survey.accuracy import match
 from hawk.worlds.world import World

@@ -19,11 +19,11 @@ from scipy.spatial import cKDTree
 from benchmarks.figures import Figure, Limit, Reference, share
 from hawk.lots.survey.source import SourceKind
 from hawk.model.pictures import CameraModel
+from hawk.picture.photographs.flight import PhotoSurvey, survey_shots
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.photos import PhotoSurvey, survey_shots
+from hawk.picture.photographs.shot_detections import Files
 from hawk.picture.reconstruction.camera_pose import FloatArray
 from hawk.picture.report import free_range
-from hawk.picture.shot_detections import Files
 from hawk.picture.values import Progress, Provenance
 from hawk.results.survey_map import SurveyMap
 from hawk.sim.photos import PhotoOptions, write_photos

@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.figures import Figure, Limit, share
 from benchmarks.pictures.photos import survey_folder
 from hawk.model.lot_map import StallState
-from hawk.picture.photos import PhotoSurvey
+from hawk.picture.photographs.flight import PhotoSurvey
 from hawk.survey.accuracy import FloatArray, match
 
 PHOTO_LOT: Final = Path(__file__).with_name("data") / "photo_lot.json"

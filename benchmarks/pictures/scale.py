@@ -24,8 +24,8 @@ from hawk.algo.vision.network import StallNetwork
 from hawk.lots.survey.source import SourceKind
 from hawk.picture.checkpoints import Checkpoints
 from hawk.picture.photographs.folder import read_folder
-from hawk.picture.shot_detections import Files, ShotReader
-from hawk.picture.shot_poses import ReconstructedShots, pose_shots
+from hawk.picture.photographs.shot_detections import Files, ShotReader
+from hawk.picture.photographs.shot_poses import ReconstructedShots, pose_shots
 from hawk.picture.values import PictureError, Provenance
 from hawk.sim.photos import TRUTH, Errors, PhotoOptions, write_photos
 from hawk.worlds.generate import generate_world

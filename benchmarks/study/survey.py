@@ -16,8 +16,8 @@ from benchmarks.lots.visits import Visit
 from benchmarks.study.visits import CLOCK, DAY, StudyLot
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.ingest import save
-from hawk.lots.schema import STALL
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import STALL
 from hawk.lots.values import Placed, Saved
 from hawk.stats.panel import Period, read_panel
 from hawk.stats.values import Panel

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Final
 
 from hawk.config.sections import StoreSettings
-from hawk.lots.schema import VERSION
 from hawk.lots.storage.database import check, make
 from hawk.lots.storage.erasure import (
     Found,
@@ -26,6 +25,7 @@ from hawk.lots.storage.erasure import (
     ids_in,
     note_erased,
 )
+from hawk.lots.storage.schema import VERSION
 from hawk.lots.store import lots_file
 from hawk.lots.survey.pictures import pictures_of
 from hawk.lots.values import LotStoreError

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from sqlalchemy import ColumnElement, Connection, Row, Select, func, select
 
 from hawk.exports.shapes import lot_shape
-from hawk.lots import section_lists
 from hawk.lots.answers import Feature, Geometry, ListedSection
-from hawk.lots.outlines import Rings, outline_of_rings, rings_of
 from hawk.lots.plan.queries import in_plan
 from hawk.lots.reach import is_within
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.schema import LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.sections import lists as section_lists
+from hawk.lots.storage.outlines import Rings, outline_of_rings, rings_of
+from hawk.lots.storage.schema import LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.order import has_been, is_last_look, is_sure, last_of
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json

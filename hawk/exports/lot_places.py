@@ -12,8 +12,8 @@ from sqlalchemy import ColumnElement, Connection, Row, select
 
 from hawk.lots.names import schedule_names
 from hawk.lots.queries import NextDue, never_due
-from hawk.lots.rows import readable
-from hawk.lots.schema import LOT
+from hawk.lots.storage.rows import readable
+from hawk.lots.storage.schema import LOT
 from hawk.lots.survey.last_surveys import LastSurvey, last_surveys_of
 from hawk.lots.time_zone import time_zones_of
 from hawk.lots.values import utc

@@ -12,21 +12,21 @@ from sqlalchemy import Connection, RowMapping, and_, exists, or_, select
 
 from hawk.exports.values import UNSEEN, ExportRecord, LatLon, Observation, SeenSection
 from hawk.lots.names import chosen_survey
-from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import hidden_stalls, in_plan, stalls_in, stalls_of_keys
 from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import corners_on_earth, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import datum_accuracy, datum_of
-from hawk.lots.schema import LOT, OBSERVATION, SECTION_LOOK, STALL, SURVEY
-from hawk.lots.section_lists import seen_by
+from hawk.lots.sections.lists import seen_by
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
+from hawk.lots.storage.outlines import outline_of
+from hawk.lots.storage.schema import LOT, OBSERVATION, SECTION_LOOK, STALL, SURVEY
+from hawk.lots.storage.tables import unpack_stalls
 from hawk.lots.survey.order import is_sure, oldest_first
 from hawk.lots.survey.private_ground import hidden_in
 from hawk.lots.survey.source import PictureSource
 from hawk.lots.survey.vehicle_places import may_be_seen
-from hawk.lots.tables import unpack_stalls
 from hawk.lots.time_zone import time_zone_of
 from hawk.lots.values import PLACED, Detection, NotFoundError
 from hawk.model.lot_map import StallState

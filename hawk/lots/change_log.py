@@ -20,9 +20,9 @@ from sqlalchemy.exc import IntegrityError
 from hawk.lots.answers import Done
 from hawk.lots.plan.values import PRIVATE
 from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
-from hawk.lots.rows import Key, Row, is_among, read_rows
-from hawk.lots.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.storage.digests import check_whole
+from hawk.lots.storage.rows import Key, Row, is_among, read_rows
+from hawk.lots.storage.schema import CHANGE, EDIT, FORMER, LABEL, LAYOUT, LOT, METADATA, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.survey import section_looks
 from hawk.lots.values import LotStoreError, NotFoundError
 

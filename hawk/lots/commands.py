@@ -32,8 +32,8 @@ from hawk.lots.registration.survey_place import (
     placed_by,
     registered,
 )
-from hawk.lots.rows import Row, rows_where
-from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, SECTION, STALL, SURVEY, ZONE
+from hawk.lots.storage.rows import Row, rows_where
+from hawk.lots.storage.schema import LAYOUT, LOT, OBSERVATION, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.time_zone import checked_zone
 from hawk.lots.values import (
     Doubtful,

@@ -15,22 +15,22 @@ from typing import Any, Final
 from sqlalchemy import Connection, RowMapping, delete, func, insert, select, update
 
 from hawk.lots.labels import lasting_labels
-from hawk.lots.outline_sections import add_outline_sections
-from hawk.lots.outlines import outline_json, outline_of, pack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import SHAPE
 from hawk.lots.plan.versions import newest_layout, read_again
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.lot_match import Answer, Parcel, which_lot
 from hawk.lots.registration.survey_place import Doubt, Findings, placed_by, registered
-from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.sections.outline_sections import add_outline_sections
 from hawk.lots.storage.digests import is_damaged
+from hawk.lots.storage.outlines import outline_json, outline_of, pack_outline
+from hawk.lots.storage.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.storage.tables import pack_stalls, pack_vehicles
 from hawk.lots.survey import section_looks
 from hawk.lots.survey.moments import has_been
 from hawk.lots.survey.observations import keep_looks
 from hawk.lots.survey.order import last_landing, now_of
 from hawk.lots.survey.source import SurveyKind, source_columns
-from hawk.lots.tables import pack_stalls, pack_vehicles
 from hawk.lots.values import (
     Detection,
     Doubtful,

@@ -14,7 +14,6 @@ from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, func, select
 
 from hawk.lots.names import schedule_names
-from hawk.lots.outlines import outline_of
 from hawk.lots.plan.edits import KIND as OF_AN_EDIT
 from hawk.lots.plan.queries import all_stalls, in_plan, private_zones, sections_of
 from hawk.lots.plan.sections import axis_of
@@ -23,8 +22,9 @@ from hawk.lots.plan.versions import newest_layout, revision_of
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
-from hawk.lots.rows import is_among
-from hawk.lots.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
+from hawk.lots.storage.outlines import outline_of
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import CHANGE, EDIT, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey.order import last_of, ordered_at
 from hawk.lots.survey.private_ground import ERROR_M, rings_in
 from hawk.model.known_lot import AGAIN_M, KnownLot, KnownStall, LotAhead

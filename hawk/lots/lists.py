@@ -33,7 +33,6 @@ from hawk.lots.answers import (
     ZoneList,
 )
 from hawk.lots.labels import parts_of
-from hawk.lots.outlines import ring_of
 from hawk.lots.plan.queries import hidden_stalls, in_plan, is_of_row
 from hawk.lots.plan.serialize import layout_of
 from hawk.lots.plan.values import BARE, LASTING, PRIVATE
@@ -51,8 +50,9 @@ from hawk.lots.queries import (
 )
 from hawk.lots.registration.georeference import on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.rows import is_among, readable
-from hawk.lots.schema import CHANGE, FORMER, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
+from hawk.lots.storage.outlines import ring_of
+from hawk.lots.storage.rows import is_among, readable
+from hawk.lots.storage.schema import CHANGE, FORMER, LAYOUT, LOT, OBSERVATION, STALL, SURVEY, ZONE
 from hawk.lots.survey.order import is_last_look
 from hawk.lots.values import DAMAGED, LotInputError, LotStoreError, NotFoundError, moment
 

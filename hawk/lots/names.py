@@ -9,8 +9,8 @@ from typing import Final
 
 from sqlalchemy import ColumnElement, Connection, func, select
 
-from hawk.lots.rows import is_among
-from hawk.lots.schema import LOT
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import LOT
 from hawk.lots.values import NotFoundError, utc
 
 SHOWN: Final = 10

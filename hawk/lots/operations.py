@@ -18,12 +18,12 @@ import shapely
 from hawk.lots.change_log import Change
 from hawk.lots.ingest import FIRST_FLIGHT, PROGRAM, looks_of, shape
 from hawk.lots.labels import lasting_labels, parts_of
-from hawk.lots.outlines import outline_json, outline_to_change, ring_of
 from hawk.lots.registration.georeference import about, ground_about, joined, shared_area, without
 from hawk.lots.registration.lot_match import SAME_SHARE
-from hawk.lots.rows import Row
-from hawk.lots.schema import SECTION
-from hawk.lots.tables import unpack_stalls
+from hawk.lots.storage.outlines import outline_json, outline_to_change, ring_of
+from hawk.lots.storage.rows import Row
+from hawk.lots.storage.schema import SECTION
+from hawk.lots.storage.tables import unpack_stalls
 from hawk.lots.values import Detection, LotInputError, Placed, checked_degrees, free_name, new_id
 from hawk.model.plans import Outline
 from hawk.results.row_labels import letters

@@ -16,8 +16,8 @@ from typing import Any, Final
 from sqlalchemy import ColumnElement, Connection, Row, Select, and_, delete, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
-from hawk.lots.schema import DELIVERY, OUTBOX
 from hawk.lots.storage import states
+from hawk.lots.storage.schema import DELIVERY, OUTBOX
 
 DAY_S: Final = 86_400.0
 TRIED_S: Final = 7 * DAY_S

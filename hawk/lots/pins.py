@@ -19,13 +19,13 @@ from hawk.lots import change_log
 from hawk.lots.answers import Done
 from hawk.lots.change_log import Change
 from hawk.lots.operations import layout_row, placed
-from hawk.lots.outlines import outline_json, outline_to_change, ring_of
 from hawk.lots.plan.versions import check_not_edited, newest_layout, read_again
 from hawk.lots.registration.frames import Floats, Move, frame_of
 from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
 from hawk.lots.registration.survey_place import Doubt, datum_of, mean_datum
-from hawk.lots.rows import Row, rows_where
-from hawk.lots.schema import DROPPED, FORMER, LOT, PIN, SECTION, STALL, SURVEY, ZONE
+from hawk.lots.storage.outlines import outline_json, outline_to_change, ring_of
+from hawk.lots.storage.rows import Row, rows_where
+from hawk.lots.storage.schema import DROPPED, FORMER, LOT, PIN, SECTION, STALL, SURVEY, ZONE
 from hawk.lots.values import LotInputError, PossiblePlace, check_fields, checked_degrees
 from hawk.model.plans import Outline
 

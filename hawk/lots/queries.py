@@ -17,7 +17,6 @@ from hawk.lots.answers import Change, ListedLot, Lot, PlacedShapes, PossiblePlac
 from hawk.lots.change_detection import proposals
 from hawk.lots.documents import plan_edits
 from hawk.lots.names import schedule_names
-from hawk.lots.outlines import outline_of
 from hawk.lots.plan import serialize, versions
 from hawk.lots.plan.answers import Plan
 from hawk.lots.plan.queries import all_stalls
@@ -29,10 +28,11 @@ from hawk.lots.registration.survey_place import (
     datum_of,
     move_of,
 )
-from hawk.lots.rows import Row, is_among, readable, row_of
-from hawk.lots.schema import CHANGE, DOCUMENT, LOT, SURVEY
 from hawk.lots.storage.database import version_of
 from hawk.lots.storage.digests import check_whole
+from hawk.lots.storage.outlines import outline_of
+from hawk.lots.storage.rows import Row, is_among, readable, row_of
+from hawk.lots.storage.schema import CHANGE, DOCUMENT, LOT, SURVEY
 from hawk.lots.survey.counts import COUNTS, counts_of, found_by
 from hawk.lots.survey.last_surveys import last_surveys_of
 from hawk.lots.survey.order import is_sure

@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, select, true
 from hawk.lots import pins
 from hawk.lots.change_detection import takeover
 from hawk.lots.plan import edits
-from hawk.lots.schema import CHANGE, LOT, SHARE, STALL, SURVEY
+from hawk.lots.storage.schema import CHANGE, LOT, SHARE, STALL, SURVEY
 
 OF_ONE_LOT: Final = ("name", "time_zone", "place", "delete", pins.KIND, takeover.KIND, takeover.DROP, edits.KIND)
 """Kinds of changes that are about one lot alone: others make a lot, or end one."""

@@ -18,7 +18,7 @@ from sqlalchemy import Connection, RowMapping, insert, select, update
 from hawk.lots import reach
 from hawk.lots.answers import ListedLink, SharedLink, SharedLinks, TakenBack
 from hawk.lots.queries import lot_row
-from hawk.lots.schema import LOT, SHARE
+from hawk.lots.storage.schema import LOT, SHARE
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, moment, new_id
 
 TOKEN_BYTES: Final = 16

@@ -17,7 +17,7 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError, available_timezones
 
 from sqlalchemy import Connection, RowMapping, select
 
-from hawk.lots.schema import LOT
+from hawk.lots.storage.schema import LOT
 from hawk.lots.values import UTC_NAME, LotInputError, NotFoundError
 
 _LOG = logging.getLogger(__name__)

@@ -24,14 +24,14 @@ from sqlalchemy import Connection, select
 from hawk.lots.change_detection import takeover
 from hawk.lots.change_detection.comparison import placed_surveys
 from hawk.lots.change_log import unpacked
-from hawk.lots.outlines import outline_of
 from hawk.lots.plan.geometry import polygons
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of, known_ground
-from hawk.lots.schema import CHANGE, LAYOUT, LOT, OBSERVATION
+from hawk.lots.storage.outlines import outline_of
+from hawk.lots.storage.schema import CHANGE, LAYOUT, LOT, OBSERVATION
 from hawk.lots.survey.pictures import PictureFolder, Shown, drawn, extent
 from hawk.lots.survey.private_ground import hidden_in
 from hawk.lots.values import LotStoreError, utc

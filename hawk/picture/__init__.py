@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hawk.picture.city.run import map_orthophoto
-    from hawk.picture.photos import map_photos
+    from hawk.picture.photographs.flight import map_photos
     from hawk.picture.values import PictureError, PictureSurvey
 
 __all__ = ["PictureError", "PictureSurvey", "map_orthophoto", "map_photos"]
@@ -22,7 +22,7 @@ def __getattr__(name: str) -> Any:
     if name == "map_orthophoto":
         from hawk.picture.city.run import map_orthophoto as found
     elif name == "map_photos":
-        from hawk.picture.photos import map_photos as found  # type: ignore[assignment]
+        from hawk.picture.photographs.flight import map_photos as found  # type: ignore[assignment]
     elif name in ("PictureError", "PictureSurvey"):
         from hawk.picture import values
 

@@ -30,15 +30,15 @@ from hawk.runtime.process import ParentGoneError, kill_with_parent
 if TYPE_CHECKING:
     from hawk.daemon import desk, start_checks
     from hawk.formats import remote_raster
-    from hawk.picture import check_files, files, ingest, lot_files, lot_report, progress, report, sources
+    from hawk.picture import files, ingest, lot_files, lot_report, progress, report, sources
     from hawk.picture import values as errors
-    from hawk.picture.city import scheduler
+    from hawk.picture.city import check_files, scheduler
     from hawk.picture.inbox import commands as inbox
 else:
     desk = late("hawk.daemon.desk")
     start_checks = late("hawk.daemon.start_checks")
     remote_raster = late("hawk.formats.remote_raster")
-    check_files = late("hawk.picture.check_files")
+    check_files = late("hawk.picture.city.check_files")
     files = late("hawk.picture.files")
     ingest = late("hawk.picture.ingest")
     lot_files = late("hawk.picture.lot_files")

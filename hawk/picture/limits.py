@@ -11,8 +11,8 @@ from hawk.lots.values import FinishedSurvey
 from hawk.picture.values import COARSE_M, Shot
 
 if TYPE_CHECKING:  # orthophotos have limits without its libraries
+    from hawk.picture.photographs.scale import Scale
     from hawk.picture.reconstruction.alignment import Reconstruction
-    from hawk.picture.scale import Scale
 
 SURE_M: Final = 0.3
 """A picture whose place is known to this needs no neighbours: by RTK, or by another program's adjustment."""

@@ -33,11 +33,11 @@ from hawk.picture.film.app import FILMS, read_film
 from hawk.picture.film.lens import LensChoice
 from hawk.picture.orthophoto.outline import read_private
 from hawk.picture.orthophoto.source import Orthophoto
+from hawk.picture.photographs.flight import private_ground, survey_shots
 from hawk.picture.photographs.folder import read_folder
 from hawk.picture.photographs.places import Choice
-from hawk.picture.photos import private_ground, survey_shots
+from hawk.picture.photographs.shot_detections import Files, Pictures
 from hawk.picture.private_ground import near_shots, touches, wider
-from hawk.picture.shot_detections import Files, Pictures
 from hawk.picture.values import FlightId, PictureError, PictureSurvey, Progress, Provenance, Shot, ShotSet
 from hawk.picture.work_folder import ORTHOPHOTOS, WORK, keep_stored
 

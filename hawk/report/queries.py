@@ -13,8 +13,8 @@ from sqlalchemy import Connection, func, select
 from hawk.lots import lists
 from hawk.lots.answers import Layout
 from hawk.lots.plan.queries import in_plan
-from hawk.lots.schema import LAYOUT, STALL, SURVEY
-from hawk.lots.section_lists import sections_seen
+from hawk.lots.sections.lists import sections_seen
+from hawk.lots.storage.schema import LAYOUT, STALL, SURVEY
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.values import LotInputError
 from hawk.report.options import Wanted

@@ -11,13 +11,13 @@ import numpy as np
 from sqlalchemy import ColumnElement, Connection, Row, and_, func, or_, select
 
 from hawk.lots.labels import parts_of
-from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.queries import hidden_stalls
 from hawk.lots.plan.values import BARE
 from hawk.lots.plan.versions import newest_layout
-from hawk.lots.schema import LOOKS, LOT, SECTION_LOOK, STALL, SURVEY, ZONE
 from hawk.lots.storage.database import version_of
+from hawk.lots.storage.outlines import ring_of
+from hawk.lots.storage.schema import LOOKS, LOT, SECTION_LOOK, STALL, SURVEY, ZONE
 from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.survey.order import has_been, is_sure
 from hawk.lots.values import PLACED, NotFoundError, moment

@@ -10,9 +10,9 @@ import numpy as np
 from sqlalchemy import ColumnElement, Connection, func, select, tuple_
 
 from hawk.lots.plan.queries import sections_of
-from hawk.lots.rows import is_among, readable
-from hawk.lots.schema import LOOKS, SURVEY
-from hawk.lots.section_lists import sections_seen
+from hawk.lots.sections.lists import sections_seen
+from hawk.lots.storage.rows import is_among, readable
+from hawk.lots.storage.schema import LOOKS, SURVEY
 from hawk.lots.survey.counts import COUNTS, counts_of, found_by, is_by_layout
 from hawk.lots.survey.order import newest_first
 from hawk.lots.survey.source import SOURCE_COLUMNS, source_json

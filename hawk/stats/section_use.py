@@ -16,7 +16,7 @@ import numpy as np
 from sqlalchemy import Connection, select
 
 from hawk.lots.plan.queries import sections_of
-from hawk.lots.schema import LOT, SECTION_LOOK, SURVEY
+from hawk.lots.storage.schema import LOT, SECTION_LOOK, SURVEY
 from hawk.lots.survey.order import has_been, is_sure
 from hawk.lots.values import LotInputError, NotFoundError, moment
 from hawk.stats.changes import Steady

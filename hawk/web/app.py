@@ -29,7 +29,7 @@ from hawk.web.security import RequestCheck, check_binding, headers_adder
 from hawk.web.services import COUNTERS, SERVICES, Counters, WebServices
 from hawk.web.v1 import routes as v1
 from hawk.web.v1.answers import problems
-from hawk.web.v1.arrivals import note_refusals
+from hawk.web.v1.desk.arrivals import note_refusals
 from hawk.web.v1.links import LINK_LOG
 from hawk.web.video import video
 from hawk.web.ws import SOCKETS, HeartbeatPace, command_socket, keeps_place

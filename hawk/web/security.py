@@ -27,7 +27,7 @@ from hawk.web.access.tls import Tls
 from hawk.web.access.tokens import TOKEN_FILE, Tokens
 from hawk.web.api import is_for_everybody_here
 from hawk.web.v1.bounds import check_reach
-from hawk.web.v1.documents import FOR_DRONES_ALONE, is_for_drones
+from hawk.web.v1.desk.documents import FOR_DRONES_ALONE, is_for_drones
 from hawk.web.v1.links import is_for_links
 
 SAFE_METHODS: Final = frozenset({hdrs.METH_GET, hdrs.METH_HEAD, hdrs.METH_OPTIONS})

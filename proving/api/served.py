@@ -17,7 +17,7 @@ from hawk.comm.topic import Topic
 from hawk.config.sections import OperatorSettings, StoreSettings, WebSettings
 from hawk.lots.ingest import save
 from hawk.lots.registration.frames import Move, same_stalls
-from hawk.lots.schema import STALL, SURVEY
+from hawk.lots.storage.schema import STALL, SURVEY
 from hawk.lots.store import LotStore
 from hawk.lots.values import KnownGround, MappedGround, Registration
 from hawk.runtime.performance import LagSummary

@@ -18,8 +18,8 @@ from hawk.lots import commands, outbox
 from hawk.lots.documents import parts, source, survey_document
 from hawk.lots.documents.collection import collect
 from hawk.lots.ingest import save
-from hawk.lots.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.store import FILE
 from hawk.lots.values import FinishedSurvey, LotInputError
 from hawk.model.plans import Outline

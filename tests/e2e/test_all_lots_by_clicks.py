@@ -10,8 +10,8 @@ import pytest
 from playwright.async_api import Browser, expect
 
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT
 from hawk.lots.store import FILE
 from hawk.model.poses import GlobalPose
 from tests.e2e.desk import desk_of

@@ -16,11 +16,11 @@ import shapely
 from sqlalchemy import insert
 
 from hawk.comm.protocol.commands import AutonomousExplore
-from hawk.lots.outlines import outline_json
 from hawk.lots.plan.values import PRIVATE
 from hawk.lots.registration.frames import frame_of
-from hawk.lots.schema import LAYOUT, LOT, SECTION, ZONE
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.outlines import outline_json
+from hawk.lots.storage.schema import LAYOUT, LOT, SECTION, ZONE
 from hawk.lots.survey.pictures import pictures_of
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M
 from hawk.model.operation import StateName

@@ -16,9 +16,9 @@ from sqlalchemy import insert
 
 from benchmarks.perception.boxes import Boxes
 from hawk.comm.protocol.commands import AutonomousExplore
-from hawk.lots.outlines import outline_json
-from hawk.lots.schema import LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.outlines import outline_json
+from hawk.lots.storage.schema import LAYOUT, LOT, STALL
 from hawk.model.lot_map import Stall, StallState
 from hawk.model.operation import StateName
 from hawk.model.plans import Outline

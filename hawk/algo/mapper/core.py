@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from hawk.algo.ground import Window, tile_window
 from hawk.algo.mapper import delta
-from hawk.algo.mapper.after_swap import REACH_M, SAME_CARS_S, AfterSwap, Stalls, TooFewError
 from hawk.algo.mapper.cell_classes import CLOSE_M, classify
 from hawk.algo.mapper.evidence import (
     EVIDENCE_M,
@@ -38,6 +37,7 @@ from hawk.algo.mapper.stalls import Look, StallTracker
 from hawk.algo.mapper.suggestions import Sight, Suggestion, Suggestions, car_boxes
 from hawk.algo.mapper.table import Detections, angle_of, corners_of, from_bytes, geometry_of, probability, to_bytes
 from hawk.algo.mapper.vehicles import TrackedVehicle, VehicleLook, VehicleTracker, moved_vehicles
+from hawk.algo.registration.after_swap import REACH_M, SAME_CARS_S, AfterSwap, Stalls, TooFewError
 from hawk.algo.vision.detection import FrameGround, GroundImage, Vehicle
 from hawk.model.known_lot import KnownLot
 from hawk.model.lot_map import TILE_M, Cell, OccupancyMap, Stall, TileKey

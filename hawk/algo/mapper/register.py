@@ -4,7 +4,7 @@ Rows repeat at every pitch, so that a shift is only sought within less than half
 mapped with the shift of the known ground: an error of the compass would bend the map without end, so it is learned from
 the movement of the ground between two frames. Over fresh ground the shift leaks slowly back to the GNSS position;
 stalls of an earlier pass hold it firmly. Over a battery swap the position moves by more:
-`hawk.algo.mapper.after_swap` finds that, and from then on it counts as the GNSS position.
+`hawk.algo.registration.after_swap` finds that, and from then on it counts as the GNSS position.
 """
 
 from __future__ import annotations

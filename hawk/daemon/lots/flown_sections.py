@@ -17,10 +17,10 @@ from hawk.runtime.late import late
 if TYPE_CHECKING:  # loaded on the store's thread
     from sqlalchemy import Connection
 
-    from hawk.lots import flown_sections as queries
     from hawk.lots.plan import versions
+    from hawk.lots.sections import flown_sections as queries
 else:
-    queries, versions = late("hawk.lots.flown_sections"), late("hawk.lots.plan.versions")
+    queries, versions = late("hawk.lots.sections.flown_sections"), late("hawk.lots.plan.versions")
 
 _LOG = logging.getLogger(__name__)
 

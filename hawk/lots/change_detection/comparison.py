@@ -20,14 +20,14 @@ from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
 from hawk.lots.answers import Comparison, FoundStall, MissedStall
-from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import BARE, LayoutStall, shapes_of
 from hawk.lots.registration.frames import Move, same_stalls
 from hawk.lots.registration.survey_place import Findings, other_ground
-from hawk.lots.rows import is_among
-from hawk.lots.schema import LOT, SURVEY, ZONE
+from hawk.lots.storage.outlines import ring_of
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import LOT, SURVEY, ZONE
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import PLACED, Detection, Placed
 from hawk.model.poses import Ring

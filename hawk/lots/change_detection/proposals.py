@@ -38,7 +38,7 @@ from hawk.lots.plan.values import SHAPE, LayoutStall, shapes_of
 from hawk.lots.registration.frames import MATCH_M
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import Doubt, datum_of
-from hawk.lots.schema import DROPPED, FORMER, STALL, SURVEY
+from hawk.lots.storage.schema import DROPPED, FORMER, STALL, SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import Detection, Placed, moment
 from hawk.results.label_parts import in_order

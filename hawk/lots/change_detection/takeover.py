@@ -24,8 +24,8 @@ from hawk.lots.plan.queries import all_stalls, zones_of
 from hawk.lots.plan.steps import next_key
 from hawk.lots.plan.values import SHAPE, Draft, LayoutStall, shapes_of
 from hawk.lots.plan.versions import check_not_edited, newest_layout
-from hawk.lots.rows import Row, read_rows
-from hawk.lots.schema import DROPPED, OBSERVATION, STALL
+from hawk.lots.storage.rows import Row, read_rows
+from hawk.lots.storage.schema import DROPPED, OBSERVATION, STALL
 from hawk.lots.values import Detection, LotInputError, check_fields, checked_name, new_id
 
 KIND: Final = "take_over"

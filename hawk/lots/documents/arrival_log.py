@@ -15,7 +15,7 @@ from sqlalchemy import ColumnElement, Connection, delete, insert, select
 from hawk.lots.documents.arrival import Arrival, ArrivalList, ListedArrival, Outcome, OutcomeName
 from hawk.lots.documents.collection import is_erased
 from hawk.lots.lists import Asked, behind, part_of
-from hawk.lots.schema import ARRIVAL
+from hawk.lots.storage.schema import ARRIVAL
 from hawk.lots.values import moment
 
 MOST: Final = 100_000

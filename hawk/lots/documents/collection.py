@@ -23,9 +23,9 @@ from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.ingest import register_survey, survey_columns
 from hawk.lots.operations import PLACE
 from hawk.lots.registration.survey_place import Doubt
-from hawk.lots.schema import DOCUMENT, ERASED, LOT, OBSERVATION, SECTION_LOOK, SURVEY
 from hawk.lots.storage.digests import check_whole
 from hawk.lots.storage.erasure import erased_id
+from hawk.lots.storage.schema import DOCUMENT, ERASED, LOT, OBSERVATION, SECTION_LOOK, SURVEY
 from hawk.lots.survey.observations import keep_looks
 from hawk.lots.survey.source import PictureSource, SourceKind, SurveyKind
 from hawk.lots.values import (

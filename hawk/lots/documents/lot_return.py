@@ -24,7 +24,7 @@ from hawk.lots.ingest import lot_places
 from hawk.lots.outbox import is_waiting
 from hawk.lots.plan.versions import edit_of, revision_of
 from hawk.lots.registration.lot_match import SAME_SHARE, which_lot
-from hawk.lots.schema import DESK, DOCUMENT, LOT, LOT_DOCUMENT, SURVEY
+from hawk.lots.storage.schema import DESK, DOCUMENT, LOT, LOT_DOCUMENT, SURVEY
 from hawk.lots.storage.states import LOT_STATE
 from hawk.lots.values import Register
 

@@ -18,7 +18,7 @@ from hawk.lots.documents.arrival import Outcome
 from hawk.lots.documents.lot_document import LotBase, LotPart, kept_lot, lot_body, plan_digest
 from hawk.lots.documents.parts import digest_of
 from hawk.lots.plan.versions import edit_of
-from hawk.lots.schema import LOT, LOT_DOCUMENT
+from hawk.lots.storage.schema import LOT, LOT_DOCUMENT
 
 _MOST_PLANS: Final = 16
 """Digests of a lot's tables that are kept with a state."""

@@ -25,8 +25,8 @@ from hawk.lots.plan.checks import MOST_OVERLAP
 from hawk.lots.plan.values import LASTING, NO_STALLS, Draft, LayoutSection, LayoutStall, PlanZone, shapes_of
 from hawk.lots.registration.georeference import corners_on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.rows import Row, is_among
-from hawk.lots.schema import LOT_DOCUMENT, STALL
+from hawk.lots.storage.rows import Row, is_among
+from hawk.lots.storage.schema import LOT_DOCUMENT, STALL
 from hawk.lots.values import LotInputError, check_fields, checked_name
 from hawk.results.label_parts import in_order
 

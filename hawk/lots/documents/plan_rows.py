@@ -18,10 +18,10 @@ from sqlalchemy import Connection, Table, and_, bindparam, delete, insert, or_, 
 from hawk.lots.documents.lot_document import LotPart, PlanSection, PlanZone, kept_lot, plan_digest
 from hawk.lots.documents.parts import Ground
 from hawk.lots.documents.source import lot_part
-from hawk.lots.outlines import outline_json
 from hawk.lots.plan.versions import read_again
-from hawk.lots.rows import is_among
-from hawk.lots.schema import (
+from hawk.lots.storage.outlines import outline_json
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import (
     CHANGE,
     DOCUMENT,
     FORMER,

@@ -30,11 +30,12 @@ from hawk.lots.documents.parts import Ground, Part
 from hawk.lots.documents.survey_document import FORMAT, VERSION, SurveyDocument
 from hawk.lots.known_lot import newest_survey
 from hawk.lots.names import schedule_names
-from hawk.lots.outlines import outline_to_change, ring_of, unpack_outline
 from hawk.lots.plan.versions import revision_of
 from hawk.lots.registration.survey_place import Doubt
-from hawk.lots.rows import is_among
-from hawk.lots.schema import (
+from hawk.lots.storage.digests import check_whole
+from hawk.lots.storage.outlines import outline_to_change, ring_of, unpack_outline
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import (
     DOCUMENT,
     FORMER,
     LAYOUT,
@@ -49,9 +50,8 @@ from hawk.lots.schema import (
     SURVEY,
     ZONE,
 )
-from hawk.lots.storage.digests import check_whole
 from hawk.lots.storage.states import LOT_STATE, SURVEY_STATE
-from hawk.lots.tables import unpack_stalls
+from hawk.lots.storage.tables import unpack_stalls
 from hawk.lots.values import Detection, LotStoreError, NotFoundError
 from hawk.model.lot_map import TileKey
 from hawk.model.plans import Outline

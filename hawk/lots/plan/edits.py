@@ -19,8 +19,8 @@ from hawk.lots.plan.answers import Closed, Edited, Opened, StepCounts, Stepped
 from hawk.lots.plan.operations import operation_of
 from hawk.lots.plan.values import Draft, PlanZone
 from hawk.lots.plan.versions import Edit, edit_of, newest_layout
-from hawk.lots.rows import row_of
-from hawk.lots.schema import CHANGE, EDIT, FORMER, LAYOUT, LOT, SURVEY
+from hawk.lots.storage.rows import row_of
+from hawk.lots.storage.schema import CHANGE, EDIT, FORMER, LAYOUT, LOT, SURVEY
 from hawk.lots.values import (
     BeingEditedError,
     LotInputError,

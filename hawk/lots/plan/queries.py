@@ -11,7 +11,6 @@ from typing import Any, Final
 import numpy as np
 from sqlalchemy import ColumnElement, Connection, Select, and_, bindparam, func, select, true
 
-from hawk.lots.outlines import ring_of
 from hawk.lots.plan import geometry
 from hawk.lots.plan.drafts import Context
 from hawk.lots.plan.operations import (
@@ -31,8 +30,9 @@ from hawk.lots.plan.operations import (
     Swap,
 )
 from hawk.lots.plan.values import BARE, LASTING, PRIVATE, Floats, LayoutSection, LayoutStall, PlanZone, shapes_of
-from hawk.lots.rows import is_among
-from hawk.lots.schema import FORMER, SECTION, STALL, ZONE
+from hawk.lots.storage.outlines import ring_of
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import FORMER, SECTION, STALL, ZONE
 from hawk.lots.values import LotInputError, new_id
 from hawk.model.poses import Ring
 from hawk.model.sentences import say

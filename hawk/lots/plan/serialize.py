@@ -16,8 +16,8 @@ from hawk.lots.plan.queries import COLUMNS, all_stalls, named_zones, sections_of
 from hawk.lots.plan.values import LayoutStall, PlanStall
 from hawk.lots.plan.versions import edit_of
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.rows import is_among
-from hawk.lots.schema import CHANGE, LAYOUT, STALL
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import CHANGE, LAYOUT, STALL
 from hawk.lots.values import NotFoundError, moment
 
 _TOUCHED: Final = (

@@ -15,8 +15,8 @@ from sqlalchemy import Connection, Table, bindparam, func, insert, select, text,
 
 from hawk.lots.change_log import Group, apply, grouped
 from hawk.lots.plan.values import LASTING, Draft, LayoutSection, LayoutStall
-from hawk.lots.rows import is_among
-from hawk.lots.schema import FORMER, SECTION, STALL, ZONE
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import FORMER, SECTION, STALL, ZONE
 
 _OF_SECTION: Final = ("id", "name", "kind", "length_m", "capacity", "is_capacity_given", "note")
 

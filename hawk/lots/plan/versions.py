@@ -10,7 +10,7 @@ from typing import Final
 from sqlalchemy import Connection, bindparam, func, select, update
 from sqlalchemy.dialects.sqlite import insert
 
-from hawk.lots.schema import EDIT, LAYOUT, PLAN
+from hawk.lots.storage.schema import EDIT, LAYOUT, PLAN
 from hawk.lots.values import BeingEditedError, utc
 
 

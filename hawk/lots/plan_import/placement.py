@@ -23,7 +23,7 @@ from hawk.lots.plan_files.values import PlanFile
 from hawk.lots.registration.frames import Floats, Move, frame_of, same_stalls
 from hawk.lots.registration.georeference import about
 from hawk.lots.registration.survey_place import ABOUT_M, Findings, datum_of, known_ground, move_of
-from hawk.lots.schema import SURVEY
+from hawk.lots.storage.schema import SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import Detection, Doubtful, KnownGround, LotInputError, MappedGround, Register
 from hawk.model.lot_map import StallState

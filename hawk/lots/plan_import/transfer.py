@@ -14,7 +14,6 @@ from hawk.lots.answers import Begun
 from hawk.lots.change_log import Change
 from hawk.lots.ingest import lot_places
 from hawk.lots.operations import layout_row, stall_row
-from hawk.lots.outlines import outline_json
 from hawk.lots.plan import edits, geometry
 from hawk.lots.plan.answers import Edited
 from hawk.lots.plan.checks import MOST_OVERLAP
@@ -27,8 +26,9 @@ from hawk.lots.plan_import.previews import Preview
 from hawk.lots.registration.georeference import about, on_earth, ring_on_earth
 from hawk.lots.registration.lot_match import SAME_SHARE, Candidate, which_lot
 from hawk.lots.registration.survey_place import ABOUT_M
-from hawk.lots.rows import Row
-from hawk.lots.schema import LOT, SECTION, STALL
+from hawk.lots.storage.outlines import outline_json
+from hawk.lots.storage.rows import Row
+from hawk.lots.storage.schema import LOT, SECTION, STALL
 from hawk.lots.values import LotInputError, LotStoreError, check_fields, checked_name, new_id
 from hawk.model.plans import Outline
 

@@ -7,14 +7,14 @@ from typing import Final
 from sqlalchemy import Connection, select
 
 from hawk.lots.answers import LotPair
-from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about, shared_area
 from hawk.lots.registration.lot_match import SAME_SHARE
 from hawk.lots.registration.survey_place import datum_of, known_ground, move_of
-from hawk.lots.schema import LOT
+from hawk.lots.storage.outlines import outline_of
+from hawk.lots.storage.schema import LOT
 from hawk.lots.values import Detection, KnownGround, MappedGround, Register, Registration
 from hawk.model.lot_map import StallState
 

@@ -17,14 +17,14 @@ from shapely import MultiPoint, union_all
 from shapely.geometry.base import BaseGeometry
 from sqlalchemy import Connection, RowMapping, select
 
-from hawk.lots.outlines import outline_of, unpack_outline
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import shapes_of
 from hawk.lots.registration.frames import Floats, Move, frame_of, frames_of, is_in_place, same_stalls, turned
 from hawk.lots.registration.georeference import ground_about, on_earth
-from hawk.lots.rows import is_among
-from hawk.lots.schema import LOT, STALL, SURVEY
-from hawk.lots.tables import unpack_stalls
+from hawk.lots.storage.outlines import outline_of, unpack_outline
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import LOT, STALL, SURVEY
+from hawk.lots.storage.tables import unpack_stalls
 from hawk.lots.values import (
     PLACED,
     Detection,

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from hawk.lots.schema import LAST_SURVEY, VERSION
 from hawk.lots.storage.carry_over import carry_over, former_of
 from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import BUSY_S, check, copy, explained, free_name, migrate_file, read_only
 from hawk.lots.storage.digests import words_of
+from hawk.lots.storage.schema import LAST_SURVEY, VERSION
 from hawk.lots.values import LotStoreError
 from hawk.runtime.files import sync_folder
 

@@ -17,12 +17,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, cast
 
-from hawk.lots.schema import ARRIVAL, VERSION
 from hawk.lots.storage import states
 from hawk.lots.storage.damage_search import DamageSearch, damaged_parts
 from hawk.lots.storage.database import check, read_only
 from hawk.lots.storage.digests import Part, forget, seal
 from hawk.lots.storage.erasure import all_erased, erase_again, note_erased
+from hawk.lots.storage.schema import ARRIVAL, VERSION
 from hawk.lots.values import LotStoreError
 
 _ARRIVAL: Final = ", ".join(ARRIVAL.c.keys())

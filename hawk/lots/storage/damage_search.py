@@ -9,8 +9,8 @@ import threading
 from collections.abc import Callable
 from typing import Final
 
-from hawk.lots.schema import PARTS
 from hawk.lots.storage.digests import LAST, Part, columns_of, differs, selections
+from hawk.lots.storage.schema import PARTS
 
 _AT_ONCE: Final = 200
 """Parts whose digests are read together."""

@@ -23,10 +23,10 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.exc import DBAPIError
 from sqlalchemy.pool import QueuePool, StaticPool
 
-from hawk.lots.schema import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.storage import digests
 from hawk.lots.storage.damage_search import DamageSearch, damaged_parts, faults_of
 from hawk.lots.storage.digests import Part, note_damaged, pass_over, seal, seal_everything, words_of
+from hawk.lots.storage.schema import APPLICATION_ID, SCHEMA, VERSION
 from hawk.lots.storage.schema_check import Schema, difference, schema_of
 from hawk.lots.survey import last_surveys
 from hawk.lots.values import LotStoreError, StoreBusyError, StoreFullError

@@ -19,7 +19,7 @@ from typing import Final, cast
 
 from sqlalchemy import Connection
 
-from hawk.lots.schema import METADATA, PARTS
+from hawk.lots.storage.schema import METADATA, PARTS
 from hawk.lots.storage.states import renumber
 from hawk.lots.values import LotStoreError, utc
 

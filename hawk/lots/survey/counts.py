@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from sqlalchemy import Connection, RowMapping, func, select
 
 from hawk.lots.plan.queries import hidden_stalls
-from hawk.lots.rows import is_among
-from hawk.lots.schema import LAYOUT, STALL
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import LAYOUT, STALL
 from hawk.lots.survey.observations import STATES, Looks, looks_of
 from hawk.lots.values import PLACED
 from hawk.model.lot_map import StallState

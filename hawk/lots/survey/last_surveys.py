@@ -17,8 +17,8 @@ from typing import Any, Final
 
 from sqlalchemy import ColumnElement, Connection, Row, and_, bindparam, func, not_, or_, select, update
 
-from hawk.lots.rows import is_among
-from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey import moments
 from hawk.lots.survey.counts import COUNTS, counts_of
 from hawk.lots.survey.order import has_been, last_of, ordered_at

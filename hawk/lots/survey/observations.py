@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, delete, func, insert, select
 
-from hawk.lots.rows import is_among
-from hawk.lots.schema import LOOKS, OBSERVATION, STALL, SURVEY
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import LOOKS, OBSERVATION, STALL, SURVEY
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import StallState
 

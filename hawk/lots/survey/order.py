@@ -24,7 +24,7 @@ from sqlalchemy import (
     select,
 )
 
-from hawk.lots.schema import DOCUMENT, LOT, OBSERVATION, STALL, SURVEY
+from hawk.lots.storage.schema import DOCUMENT, LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.survey import moments
 from hawk.lots.survey.source import SurveyKind
 

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy import Connection, bindparam, select
 
-from hawk.lots.rows import is_among
-from hawk.lots.schema import SURVEY
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import SURVEY
 from hawk.lots.survey.order import newest_first
 from hawk.lots.values import LotStoreError
 from hawk.model.lot_map import CELL_M, TILE_CELLS, TILE_M, EncodedTile, TileKey

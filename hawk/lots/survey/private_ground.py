@@ -15,7 +15,7 @@ from hawk.lots.plan.values import PRIVATE
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ring_on_earth
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.schema import LOT, SURVEY, ZONE
+from hawk.lots.storage.schema import LOT, SURVEY, ZONE
 from hawk.lots.survey.section_looks import move_of_survey
 from hawk.model.poses import Ring
 

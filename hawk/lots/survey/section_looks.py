@@ -17,18 +17,18 @@ import numpy as np
 import shapely
 from sqlalchemy import Connection, Row, RowMapping, delete, insert, select
 
-from hawk.lots.outlines import outline_of, unpack_outline
 from hawk.lots.plan.queries import in_plan, private_zones, sections_of
 from hawk.lots.plan.values import Floats, LayoutSection, shapes_of
 from hawk.lots.registration.frames import Move, frame_of
 from hawk.lots.registration.georeference import ground_about
 from hawk.lots.registration.survey_place import datum_of
-from hawk.lots.rows import is_among
-from hawk.lots.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.digests import is_damaged
+from hawk.lots.storage.outlines import outline_of, unpack_outline
+from hawk.lots.storage.rows import is_among
+from hawk.lots.storage.schema import DOCUMENT, SECTION, SECTION_LOOK, STALL, SURVEY
+from hawk.lots.storage.tables import unpack_stalls, unpack_vehicles
 from hawk.lots.survey.section_counts import SeenGround, Source, count_of
 from hawk.lots.survey.vehicle_places import may_be_seen
-from hawk.lots.tables import unpack_stalls, unpack_vehicles
 from hawk.lots.values import PLACED, LotStoreError, Placed
 from hawk.model.lot_map import StallState
 from hawk.model.poses import Ring

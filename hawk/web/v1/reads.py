@@ -14,16 +14,17 @@ from sqlalchemy import ColumnElement, Connection
 from hawk.exports.lot_places import lot_places
 from hawk.exports.records import read_survey, survey_of
 from hawk.exports.text_files import survey_geojson, survey_map
-from hawk.lots import lists, names, queries, reach, section_lists
+from hawk.lots import lists, names, queries, reach
 from hawk.lots.answers import Change, Part
 from hawk.lots.change_detection.comparison import newest_registered
 from hawk.lots.documents import arrival_log
 from hawk.lots.lists import Asked
-from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
+from hawk.lots.sections import lists as section_lists
+from hawk.lots.sections.vehicle_counts import vehicle_counts
+from hawk.lots.storage.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.survey.pictures import PictureFolder
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import UTC_NAME, Placed
-from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.report.options import Form, Kind, Wanted
 from hawk.runtime.late import late_functions
 from hawk.stats import queries as uses

@@ -10,10 +10,12 @@ from aiohttp import hdrs, web
 from aiohttp.typedefs import Handler
 
 from hawk.web.services import SERVICES
-from hawk.web.v1 import documents, file_transfer, films, plan_files, reports
+from hawk.web.v1 import plan_files, reports
 from hawk.web.v1.answers import KEPT, OPENAPI, Answer, KeptAnswers, answered, base_of, made, text_of
 from hawk.web.v1.bounds import bounded
+from hawk.web.v1.desk import documents, file_transfer
 from hawk.web.v1.parameters import Query, query_of
+from hawk.web.v1.recordings import films
 from hawk.web.v1.table import OPERATIONS
 from hawk.web.v1.unknown import ROOT
 

@@ -22,29 +22,19 @@ from hawk.stats.changes import Changed
 from hawk.stats.figures import Figures
 from hawk.stats.hour_use import AskedUse
 from hawk.store.recording_request import ASKED
-from hawk.web.v1 import (
-    arrivals,
-    bodies,
-    day_plan,
-    documents,
-    exports,
-    films,
-    inbox,
-    links,
-    parameters,
-    plan_files,
-    recording_requests,
-    recordings,
-    reports,
-)
+from hawk.web.v1 import bodies, day_plan, exports, links, parameters, plan_files, reports
 from hawk.web.v1.answers import GEOJSON, JSON, Prepare, Read, keep_missing_looks, reader
 from hawk.web.v1.bodies import Given
 from hawk.web.v1.changes import FOR_OPERATORS, Change, Work, changer, poster
+from hawk.web.v1.desk import arrivals, documents, inbox
 from hawk.web.v1.features import answers as shapes
 from hawk.web.v1.features import parameters as forms
 from hawk.web.v1.features.parameters import ROOT as FEATURES_ROOT
 from hawk.web.v1.operations import Bound, Operation
 from hawk.web.v1.parameters import Query
+from hawk.web.v1.recordings import disk as recordings
+from hawk.web.v1.recordings import films
+from hawk.web.v1.recordings import requests as recording_requests
 
 if TYPE_CHECKING:
     from hawk.web.v1 import commands, reads

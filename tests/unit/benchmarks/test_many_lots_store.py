@@ -17,11 +17,11 @@ from benchmarks.archive import BIAS, DATUM, drawn_lot, flight
 from benchmarks.many_lots_store import FLOWN_OFTEN, fill, place_of
 from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots.ingest import save
-from hawk.lots.outlines import unpack_outline
 from hawk.lots.registration.frames import Move
 from hawk.lots.registration.georeference import about, ring_on_earth
-from hawk.lots.schema import METADATA
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.outlines import unpack_outline
+from hawk.lots.storage.schema import METADATA
 from hawk.lots.survey.observations import looks_of
 from hawk.model.plans import Outline
 from hawk.model.poses import GlobalPose

@@ -34,7 +34,7 @@ from hawk.config.sections import Config, ConfigError
 from hawk.daemon.recording_parts import make_recording
 from hawk.lots import shares
 from hawk.lots.ingest import save
-from hawk.lots.schema import SURVEY
+from hawk.lots.storage.schema import SURVEY
 from hawk.lots.store import LotStore
 from hawk.store.recordings import Recordings
 from hawk.store.replay import read_metadata

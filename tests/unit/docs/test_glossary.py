@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from hawk.comm.protocol.commands import schema as messages
-from hawk.lots import schema as store
+from hawk.lots.storage import schema as store
 from hawk.web.v1.openapi import document
 from hawk.web.v1.table import OPERATIONS
 from tests.unit.docs.names import ROOT

@@ -19,9 +19,9 @@ from hawk.lots import commands, lists, shares
 from hawk.lots.documents import arrival_log
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.lots.ingest import save
-from hawk.lots.schema import VERSION
 from hawk.lots.storage import erasure
 from hawk.lots.storage.database import Database, read_only
+from hawk.lots.storage.schema import VERSION
 from hawk.lots.store import FILE
 from hawk.lots.survey.pictures import PictureFolder, pictures_of
 from hawk.lots.values import LotStoreError, NotFoundError

@@ -10,7 +10,7 @@ import shapely
 
 from hawk.exports.features import Box, _grounds
 from hawk.lots.answers import Geometry
-from hawk.lots.outlines import outline_json
+from hawk.lots.storage.outlines import outline_json
 from hawk.model.plans import Outline
 
 SQUARE = ((52.0, 5.0), (52.0, 5.1), (52.1, 5.1), (52.1, 5.0))

@@ -19,7 +19,7 @@ from hawk.exports.formats import FEEDS, Wanted
 from hawk.exports.records import read_survey
 from hawk.lots import commands, known_lot, lists, queries
 from hawk.lots.lists import Asked
-from hawk.lots.schema import LOT, SURVEY
+from hawk.lots.storage.schema import LOT, SURVEY
 from hawk.lots.training_set import read_lesson
 from hawk.lots.values import LotStoreError
 from hawk.stats.period import period_of

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, select
 
 from hawk.exports.lot_places import lot_places
 from hawk.lots import lists
-from hawk.lots.schema import LOT
+from hawk.lots.storage.schema import LOT
 from hawk.lots.survey import last_surveys
 from hawk.lots.values import utc
 from tests.unit.lots.documents.drones import Drone, days

@@ -14,7 +14,7 @@ from hawk.lots import commands
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.registration.georeference import about
 from hawk.lots.registration.survey_place import MAP_M, USUAL_M, datum_accuracy, datum_of
-from hawk.lots.schema import LOT
+from hawk.lots.storage.schema import LOT
 from hawk.lots.values import Doubtful, KnownGround, MappedGround, NotFoundError
 from tests.unit.exports.stored import Stored
 from tests.unit.lots.repaints import NOW, flown, without

@@ -15,8 +15,8 @@ from sqlalchemy import select
 from hawk.lots import commands
 from hawk.lots.change_log import Group, net, packed, unpacked
 from hawk.lots.ingest import save
-from hawk.lots.schema import CHANGE, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import CHANGE, SURVEY
 from hawk.lots.values import LotStoreError, Registration
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, DATUM, box, later, survey

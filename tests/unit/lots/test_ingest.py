@@ -17,13 +17,13 @@ from hawk.exports import features
 from hawk.lots import known_lot, lists
 from hawk.lots.ingest import save
 from hawk.lots.labels import parts_of
-from hawk.lots.outlines import outline_of
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.plan.values import LayoutStall
-from hawk.lots.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.outlines import outline_of
+from hawk.lots.storage.schema import LAYOUT, LOT, OBSERVATION, OUTBOX, STALL, SURVEY
+from hawk.lots.storage.tables import pack_stalls, unpack_stalls
 from hawk.lots.survey.source import PictureSource, SourceKind
-from hawk.lots.tables import pack_stalls, unpack_stalls
 from hawk.lots.values import (
     Detection,
     Doubtful,

@@ -17,10 +17,10 @@ from hawk.lots import commands, lists
 from hawk.lots.documents.source import lots_due
 from hawk.lots.ingest import save
 from hawk.lots.known_lot import NEAR_M, PLACE_M, known_lot, last_author, lots_ahead, lots_flown, newest_survey
-from hawk.lots.outlines import outline_json
 from hawk.lots.plan.queries import sections_of
-from hawk.lots.schema import LAYOUT, LOT
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.outlines import outline_json
+from hawk.lots.storage.schema import LAYOUT, LOT
 from hawk.model.known_lot import AGAIN_M, KnownStall
 from hawk.results.survey_map import to_global
 from tests.unit.lots.plan.plans import FAST, NOW, Person

@@ -15,7 +15,7 @@ from sqlalchemy import Connection, select
 from hawk.lots import commands, lists, queries
 from hawk.lots.known_lot import known_lot, lots_ahead
 from hawk.lots.lists import Asked
-from hawk.lots.schema import OUTBOX
+from hawk.lots.storage.schema import OUTBOX
 from hawk.lots.storage.states import KINDS
 from hawk.results.survey_map import to_global
 from tests.golden import NamedIds, check_values

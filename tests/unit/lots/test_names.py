@@ -6,8 +6,8 @@ import pytest
 from sqlalchemy import insert
 
 from hawk.lots.names import SHOWN, chosen_survey, lot_named, schedule_names
-from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT
 from hawk.lots.values import LotInputError, NotFoundError, checked_name, fitting_name
 
 DAY_S = 86_400.0

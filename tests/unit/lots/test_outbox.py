@@ -10,8 +10,8 @@ from sqlalchemy import select
 from hawk.lots import commands, outbox
 from hawk.lots.ingest import save
 from hawk.lots.outbox import DAY_S, KEPT_S, TRIED_S, WAITS_S
-from hawk.lots.schema import DELIVERY, OUTBOX
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import DELIVERY, OUTBOX
 from hawk.lots.storage.states import KINDS
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, box, later, survey

@@ -13,9 +13,9 @@ from sqlalchemy import select
 
 from hawk.lots import commands
 from hawk.lots.ingest import save
-from hawk.lots.schema import SHARE
 from hawk.lots.shares import DAY_S, LARGEST, LONGEST_DAYS, lot_of, share, shares, take_back
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import SHARE
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, moment
 from hawk.model.poses import GlobalPose
 from tests.unit.lots.survey.test_last_surveys import digests_and_states, make_version_8

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from sqlalchemy import Connection, func, select, text
 
-from hawk.lots.schema import LAST_SURVEY, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.backup import restore
+from hawk.lots.storage.schema import LAST_SURVEY, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.states import KINDS
 from hawk.lots.store import MOST_READS, READS, LotStore, lots_file
 from hawk.lots.survey import last_surveys

@@ -10,8 +10,8 @@ from sqlalchemy import update
 
 from hawk.lots import commands, lists, time_zone
 from hawk.lots.ingest import make_lot, save
-from hawk.lots.schema import LOT
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import LotInputError
 from hawk.stats.period import period_of_lot

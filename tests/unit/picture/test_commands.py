@@ -14,8 +14,8 @@ from sqlalchemy import select
 
 from hawk.cli import main
 from hawk.config.sections import Config
-from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import SURVEY
 from tests.drawn_worlds import drawn_world
 from tests.raster_server import raster_server
 from tests.unit.picture.orthophoto.drawn import lot_picture, write

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from sqlalchemy import select
 
-from hawk.lots.schema import STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import STALL, SURVEY
 from hawk.lots.store import lots_file
 from hawk.lots.survey.landing import finished, seen_ground
 from hawk.lots.survey.pictures import pictures_of

@@ -10,9 +10,9 @@ from hawk.lots.survey.source import Limit, SourceKind
 from hawk.model.pictures import CameraModel
 from hawk.model.plans import Outline
 from hawk.picture.limits import limits_of, stretch, unseen_share
+from hawk.picture.photographs.scale import Scale
 from hawk.picture.reconstruction.alignment import Reconstruction
 from hawk.picture.reconstruction.camera_pose import CameraPose
-from hawk.picture.scale import Scale
 from hawk.picture.values import Provenance, Shot
 from tests.unit.lots.surveys import box, survey
 

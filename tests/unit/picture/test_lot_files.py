@@ -19,8 +19,8 @@ from sqlalchemy import select
 
 from hawk.cli import main
 from hawk.lots.plan_files.crs import to_wgs_84
-from hawk.lots.schema import LOT, OBSERVATION, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT, OBSERVATION, SECTION, SECTION_LOOK, STALL, SURVEY
 from hawk.lots.store import lots_file
 from tests.drawn_worlds import drawn_world
 

@@ -11,7 +11,7 @@ import shapely
 from hawk.model.pictures import CameraModel
 from hawk.model.poses import GlobalPose
 from hawk.picture.orthophoto.grid import PixelGrid, measure_grid, system
-from hawk.picture.photos import private_ground
+from hawk.picture.photographs.flight import private_ground
 from hawk.picture.private_ground import continuous, near_shots, rings_in, wider
 from hawk.picture.values import PictureError, Shot
 

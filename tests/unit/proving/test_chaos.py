@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import delete, select
 
 from hawk.lots import outbox
-from hawk.lots.schema import OBSERVATION
+from hawk.lots.storage.schema import OBSERVATION
 from proving.chaos import link as link_module
 from proving.chaos.drones import ChaosDrone, difference, reference
 from proving.chaos.link import HOST, Link, LinkState

@@ -14,8 +14,8 @@ from sqlalchemy import delete, select
 
 from hawk.cli import main
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOOKS
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOOKS
 from hawk.stats.serialize import NONE, bracket
 from hawk.stats.turnover import Bracket
 from tests.unit.stats.test_panel import later, register, seen

@@ -17,8 +17,8 @@ from hawk.exports.records import read_survey
 from hawk.exports.text_files import survey_csv, survey_geojson
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
-from hawk.lots.schema import LOOKS, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOOKS, STALL, SURVEY
 from hawk.lots.values import FinishedSurvey, KnownGround, LotInputError, MappedGround, NotFoundError, Registration
 from hawk.model.lot_map import StallState
 from hawk.stats.aggregates import cds_aggregates

@@ -9,8 +9,8 @@ import pytest
 from sqlalchemy import insert, select, update
 
 from hawk.lots import commands
-from hawk.lots.schema import LAYOUT, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LAYOUT, STALL, SURVEY
 from hawk.lots.survey.counts import COUNTS, counts_of
 from hawk.lots.survey.source import PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, NotFoundError

@@ -15,7 +15,7 @@ from sqlalchemy import func, select
 
 from hawk.config.sections import CollectSettings, StoreSettings
 from hawk.lots.documents.lot_document import LotDue
-from hawk.lots.schema import DELIVERY, LOT, OUTBOX, SURVEY
+from hawk.lots.storage.schema import DELIVERY, LOT, OUTBOX, SURVEY
 from hawk.lots.storage.states import KINDS
 from hawk.lots.store import LotStore
 from hawk.store.recordings import Recordings

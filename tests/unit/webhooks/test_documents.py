@@ -18,7 +18,7 @@ from hawk.lots import commands, outbox
 from hawk.lots.documents import parts
 from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.plan import edits
-from hawk.lots.schema import DELIVERY, DOCUMENT, SURVEY
+from hawk.lots.storage.schema import DELIVERY, DOCUMENT, SURVEY
 from hawk.lots.survey.pictures import pictures_of
 from hawk.model.lot_map import EncodedTile
 from hawk.web.access.tokens import TOKEN_FILE, rotate_drone

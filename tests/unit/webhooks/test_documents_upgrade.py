@@ -22,10 +22,10 @@ from sqlalchemy import Connection, func, select
 
 from hawk.config.sections import CollectSettings
 from hawk.lots import commands
-from hawk.lots.schema import DELIVERY, OUTBOX
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import DELIVERY, OUTBOX
 from hawk.lots.storage.states import KINDS
-from hawk.web.v1 import documents as desk_answers
+from hawk.web.v1.desk import documents as desk_answers
 from hawk.webhooks import documents as drone_sender
 from hawk.webhooks.delivery import SenderTimes
 from hawk.webhooks.documents import DocumentSender

@@ -14,7 +14,7 @@ from sqlalchemy import func, select, update
 from hawk.config.secrets import SecretUrl
 from hawk.config.sections import WebhooksSettings
 from hawk.lots.ingest import save
-from hawk.lots.schema import DELIVERY, OUTBOX
+from hawk.lots.storage.schema import DELIVERY, OUTBOX
 from hawk.lots.store import LotStore
 from hawk.webhooks.delivery import WARNED_AT, SenderTimes
 from hawk.webhooks.sender import WebhookSender, target_of

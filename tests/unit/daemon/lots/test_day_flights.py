@@ -19,7 +19,7 @@ from hawk.daemon.lots.schedule import Timetable
 from hawk.lots import commands, known_lot, names
 from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.ingest import save
-from hawk.lots.schema import STALL
+from hawk.lots.storage.schema import STALL
 from hawk.lots.store import LotStore
 from hawk.model.day_plan import DayPlanError, Forecast, WeatherHour
 from hawk.model.poses import GlobalPose

@@ -15,8 +15,8 @@ from hawk.lots.store import LotStore
 from hawk.model.lot_map import OccupancyMap
 from hawk.model.poses import GlobalPose
 from tests.unit.comm.waiting import until
+from tests.unit.lots.sections.test_flown_sections import KERB, flown, make_lot
 from tests.unit.lots.surveys import BEGAN, DATUM
-from tests.unit.lots.test_flown_sections import KERB, flown, make_lot
 
 
 class Flight:

@@ -12,9 +12,9 @@ import pytest
 from sqlalchemy import Connection, select
 
 from hawk.daemon.lots.keeper import KeeperTimes, LotKeeper, find_stalls
-from hawk.lots.schema import SURVEY, VERSION
 from hawk.lots.storage.backup import restore
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import SURVEY, VERSION
 from hawk.lots.store import LotStore
 from hawk.lots.survey.landing import LandingFacts
 from hawk.lots.values import Doubtful, LotStoreError, Registration

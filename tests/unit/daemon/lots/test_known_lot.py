@@ -13,8 +13,8 @@ from hawk.lots.store import LotStore
 from hawk.model.poses import GlobalPose
 from tests.unit.comm.waiting import until
 from tests.unit.lots import whole
+from tests.unit.lots.sections.test_flown_sections import make_lot
 from tests.unit.lots.surveys import BEGAN, DATUM, survey
-from tests.unit.lots.test_flown_sections import make_lot
 
 LOOK_S = 0.01
 

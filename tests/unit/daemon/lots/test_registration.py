@@ -19,9 +19,9 @@ from hawk.lots import change_log, commands
 from hawk.lots.ingest import save
 from hawk.lots.plan.queries import all_stalls
 from hawk.lots.registration.frames import Move, frame_of
-from hawk.lots.schema import LOT as LOT_TABLE
-from hawk.lots.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT as LOT_TABLE
+from hawk.lots.storage.schema import OBSERVATION, STALL, SURVEY
 from hawk.lots.values import (
     Detection,
     Doubtful,

@@ -28,8 +28,8 @@ from hawk.model.plans import Fence, HeightParameters, RoundLot
 from hawk.model.poses import GlobalPose, Ring
 from tests.unit.algo.synthetic import CAMERA
 from tests.unit.ddc.fakes import Rig
+from tests.unit.lots.sections.test_flown_sections import KERB, make_lot
 from tests.unit.lots.surveys import BEGAN, DATUM, box, survey
-from tests.unit.lots.test_flown_sections import KERB, make_lot
 
 RING: Ring = ((-150.0, -150.0), (150.0, -150.0), (150.0, 150.0), (-150.0, 150.0))
 FAR = replace(DATUM, latitude=DATUM.latitude + 1e-2)

@@ -17,8 +17,8 @@ from hawk.lots.documents.collection import DocumentOutcome, collect
 from hawk.lots.documents.survey_document import SurveyDocument
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
-from hawk.lots.schema import SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import SURVEY
 from hawk.lots.survey.source import Limit, PictureSource, SourceKind
 from hawk.lots.values import FinishedSurvey, Saved, VehicleDetection
 from hawk.model.lot_map import TileKey

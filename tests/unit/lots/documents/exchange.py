@@ -8,8 +8,8 @@ from hawk.daemon.lots.keeper import find_stalls
 from hawk.lots import outbox
 from hawk.lots.documents import lot_document, lot_return, parts, source
 from hawk.lots.documents.collection import collect_lots
-from hawk.lots.schema import OUTBOX
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import OUTBOX
 from hawk.lots.storage.states import KINDS, LOT_STATE
 from tests.unit.lots.documents.drones import DRONE, NOW, Drone, collected
 

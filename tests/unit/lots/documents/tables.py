@@ -10,7 +10,7 @@ from typing import Any
 
 from sqlalchemy import Connection, Table, select
 
-from hawk.lots.schema import (
+from hawk.lots.storage.schema import (
     DOCUMENT,
     FORMER,
     LAYOUT,

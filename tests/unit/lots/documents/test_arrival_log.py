@@ -10,9 +10,9 @@ from sqlalchemy import Connection, func, select
 from hawk.lots.documents import arrival_log, survey_document
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, ListedArrival, Outcome
 from hawk.lots.lists import Asked
-from hawk.lots.schema import ARRIVAL, ERASED
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erased_id
+from hawk.lots.storage.schema import ARRIVAL, ERASED
 from hawk.lots.store import LotStore
 from hawk.lots.values import LotInputError
 from tests.unit.lots.documents.drones import DRONE, NOW, Drone

@@ -15,9 +15,9 @@ from sqlalchemy import select
 from hawk.lots import commands
 from hawk.lots.documents import parts, survey_document
 from hawk.lots.documents.arrival import Outcome
-from hawk.lots.schema import ERASED, SECTION_LOOK, SURVEY
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erased_id
+from hawk.lots.storage.schema import ERASED, SECTION_LOOK, SURVEY
 from hawk.lots.values import ErasedError, LotInputError, OtherDroneError
 from tests.examples import examples
 from tests.unit.lots import whole

@@ -12,8 +12,8 @@ from hawk.lots.documents import source
 from hawk.lots.documents.lot_document import plan_digest
 from hawk.lots.plan import edits
 from hawk.lots.plan.queries import all_stalls
-from hawk.lots.schema import CHANGE, LOT, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import CHANGE, LOT, OBSERVATION, STALL, SURVEY
 from tests.unit.lots.documents.drones import NOW, WHO, Drone
 from tests.unit.lots.documents.exchange import ask, documents_to_send, meet, send, take
 from tests.unit.lots.surveys import box, later, survey

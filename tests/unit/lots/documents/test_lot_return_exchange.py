@@ -18,8 +18,8 @@ from hawk.lots import commands
 from hawk.lots.documents import lot_document, source
 from hawk.lots.documents.lot_document import plan_digest
 from hawk.lots.registration.lot_pair import pairs_of
-from hawk.lots.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import CHANGE, LOT, STALL, SURVEY
 from hawk.lots.storage.states import LOT_STATE
 from hawk.lots.values import LotInputError, LotStoreError
 from tests.examples import examples

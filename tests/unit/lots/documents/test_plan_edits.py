@@ -8,7 +8,7 @@ from sqlalchemy import select
 
 from hawk.lots import commands, lists, queries
 from hawk.lots.answers import DroneProposals
-from hawk.lots.schema import STALL
+from hawk.lots.storage.schema import STALL
 from hawk.lots.values import LotInputError
 from tests.unit.lots.documents.drones import NOW, WHO, Drone
 from tests.unit.lots.documents.exchange import ask, meet, send

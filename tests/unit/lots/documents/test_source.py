@@ -11,9 +11,9 @@ from sqlalchemy import select, update
 
 from hawk.lots import commands, outbox
 from hawk.lots.documents import lot_document, parts, source
-from hawk.lots.schema import DELIVERY, OUTBOX, SURVEY
 from hawk.lots.storage import states
 from hawk.lots.storage.backup import backup, restore
+from hawk.lots.storage.schema import DELIVERY, OUTBOX, SURVEY
 from hawk.lots.values import LotInputError, LotStoreError, NotFoundError, new_id
 from tests.unit.lots.documents.drones import NOW, WHO, Drone, days, tile, vehicle
 from tests.unit.lots.surveys import later, survey

@@ -12,8 +12,8 @@ from sqlalchemy import Connection, insert
 
 from hawk.lots import commands, queries
 from hawk.lots.plan import edits
-from hawk.lots.schema import LAYOUT, LOT, STALL
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LAYOUT, LOT, STALL
 from hawk.results.row_labels import letters
 
 A_ROW, APART_M, PITCH_M, DEEP_M = 10, 9.0, 2.5, 5.0

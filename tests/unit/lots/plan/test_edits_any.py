@@ -18,7 +18,7 @@ from sqlalchemy import select
 from hawk.lots.plan import geometry
 from hawk.lots.plan.kinds import KINDS
 from hawk.lots.plan.values import Floats
-from hawk.lots.schema import STALL
+from hawk.lots.storage.schema import STALL
 from hawk.lots.values import LotStoreError
 from tests.examples import examples
 from tests.unit.lots.plan.plans import Json, Person

@@ -12,7 +12,7 @@ from sqlalchemy import update
 
 from hawk.lots.ingest import save
 from hawk.lots.plan_import import placement
-from hawk.lots.schema import LOT, STALL
+from hawk.lots.storage.schema import LOT, STALL
 from hawk.lots.values import LotInputError
 from hawk.model.poses import GlobalPose
 from hawk.results.survey_map import to_global

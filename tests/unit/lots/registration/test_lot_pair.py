@@ -11,8 +11,8 @@ from hawk.lots import commands, queries
 from hawk.lots.answers import LotPair
 from hawk.lots.ingest import save
 from hawk.lots.registration.lot_pair import move_onto
-from hawk.lots.schema import LOT, OBSERVATION, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT, OBSERVATION, SURVEY
 from hawk.lots.values import Doubtful
 from tests.unit.lots.documents.drones import NOW, WHO, Drone
 from tests.unit.lots.documents.exchange import meet

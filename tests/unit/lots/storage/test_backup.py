@@ -11,9 +11,9 @@ from sqlalchemy import select
 
 from hawk.cli import main
 from hawk.lots.ingest import save
-from hawk.lots.schema import SURVEY, VERSION
 from hawk.lots.storage.backup import FlightLock, backup, restore
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import SURVEY, VERSION
 from hawk.lots.values import LotStoreError
 from tests.unit.lots.surveys import later, survey
 

@@ -17,11 +17,11 @@ from hawk.lots import commands, shares
 from hawk.lots.documents import arrival_log
 from hawk.lots.documents.arrival import Arrival, ArrivalKind, Outcome
 from hawk.lots.ingest import save
-from hawk.lots.schema import SHARE, SURVEY
 from hawk.lots.storage.backup import restore
 from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.erasure import erased_id
+from hawk.lots.storage.schema import SHARE, SURVEY
 from hawk.model.poses import GlobalPose
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, box, later, survey

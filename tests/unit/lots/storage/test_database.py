@@ -18,13 +18,13 @@ from sqlalchemy import insert, select
 
 from hawk.lots.change_log import undo
 from hawk.lots.ingest import save
-from hawk.lots.outlines import unpack_outline
-from hawk.lots.schema import APPLICATION_ID, LABEL, LOT, METADATA, OBSERVATION, STALL, SURVEY, VERSION
 from hawk.lots.storage import database
 from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import seal
-from hawk.lots.tables import unpack_stalls
+from hawk.lots.storage.outlines import unpack_outline
+from hawk.lots.storage.schema import APPLICATION_ID, LABEL, LOT, METADATA, OBSERVATION, STALL, SURVEY, VERSION
+from hawk.lots.storage.tables import unpack_stalls
 from hawk.lots.time_zone import zone_of_lot
 from hawk.lots.values import LotStoreError
 from tests.examples import examples

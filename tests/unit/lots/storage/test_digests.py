@@ -17,12 +17,12 @@ from hawk.cli import main
 from hawk.lots import commands, queries, shares
 from hawk.lots.ingest import save
 from hawk.lots.plan import edits
-from hawk.lots.schema import CHANGE, METADATA, PARTS, SURVEY
 from hawk.lots.storage import digests
 from hawk.lots.storage.backup import backup, damage_in, restore
 from hawk.lots.storage.damage_search import damaged_parts
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import Part
+from hawk.lots.storage.schema import CHANGE, METADATA, PARTS, SURVEY
 from hawk.lots.values import LotStoreError, Placed
 from tests.unit.lots import whole
 from tests.unit.lots.surveys import BEGAN, later, survey

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from hawk.cli import main
-from hawk.lots.schema import SCHEMA, VERSION
 from hawk.lots.storage.backup import restore
 from hawk.lots.storage.database import Database, check, fresh_schema
+from hawk.lots.storage.schema import SCHEMA, VERSION
 from hawk.lots.storage.schema_check import difference, digest_of_schema
 from hawk.lots.values import LotStoreError
 from tests.unit.lots.storage.test_backup import made, read

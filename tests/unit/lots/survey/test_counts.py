@@ -14,8 +14,8 @@ from hawk.exports.features import Choice, lots, surveys
 from hawk.exports.records import read_survey
 from hawk.lots import lists
 from hawk.lots.ingest import save
-from hawk.lots.schema import LAYOUT, METADATA, OBSERVATION, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LAYOUT, METADATA, OBSERVATION, STALL, SURVEY
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.values import FinishedSurvey, Placed
 from hawk.model.lot_map import StallState

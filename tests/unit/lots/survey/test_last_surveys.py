@@ -21,11 +21,11 @@ from hawk.lots import commands
 from hawk.lots.documents import parts
 from hawk.lots.ingest import save
 from hawk.lots.plan.queries import in_plan
-from hawk.lots.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.storage.backup import backup, restore, verify
 from hawk.lots.storage.database import Database
 from hawk.lots.storage.digests import Part, digest_of
 from hawk.lots.storage.erasure import erase_rows, found_lot, found_survey
+from hawk.lots.storage.schema import DOCUMENT, LAST_SURVEY, LOT, SECTION, STALL, SURVEY
 from hawk.lots.survey import last_surveys
 from hawk.lots.survey.counts import counts_of
 from hawk.lots.survey.last_surveys import LastSurvey, last_surveys_of

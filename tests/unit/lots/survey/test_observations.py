@@ -10,8 +10,8 @@ import pytest
 from sqlalchemy import delete, select, text, update
 
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOOKS, OBSERVATION, STALL
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOOKS, OBSERVATION, STALL
 from hawk.lots.survey.observations import keep_looks, looks_of, missing_looks, pack_looks, unpack_looks
 from hawk.lots.values import LotStoreError
 from tests.unit.lots.surveys import later, survey

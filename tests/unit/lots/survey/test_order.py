@@ -18,8 +18,8 @@ from hawk.exports.feeds import valid_at
 from hawk.exports.formats import FEEDS, VALID_S, Span
 from hawk.exports.records import read_survey, survey_of, surveys_of
 from hawk.lots.ingest import save
-from hawk.lots.schema import LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import LOT, OBSERVATION, OUTBOX, STALL, SURVEY
 from hawk.lots.survey.order import is_last_look, last_landing, last_of, newest_first, taken_at
 from hawk.lots.survey.source import PictureSource, SourceKind, SurveyKind
 from hawk.lots.values import FinishedSurvey, Placed, Saved, utc

@@ -17,11 +17,11 @@ from hawk.lots.known_lot import private_ground
 from hawk.lots.lists import Asked
 from hawk.lots.plan.queries import all_stalls, private_zones
 from hawk.lots.registration.georeference import about
+from hawk.lots.sections.vehicle_counts import vehicle_counts
 from hawk.lots.storage.database import Database
 from hawk.lots.survey.pictures import PictureFolder, without
 from hawk.lots.survey.private_ground import ERROR_M, PLACED_M, hidden_in
 from hawk.lots.values import NotFoundError, Placed
-from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.model.lot_map import CELL_M, TILE_CELLS
 from hawk.model.tile_picture import decode_picture
 from hawk.stats.panel import Period, read_panel

@@ -12,15 +12,16 @@ from typing import Any
 
 import pytest
 
-from hawk.lots import commands, queries, section_lists
+from hawk.lots import commands, queries
 from hawk.lots.ingest import save
 from hawk.lots.lists import Asked
+from hawk.lots.sections import lists as section_lists
+from hawk.lots.sections.vehicle_counts import vehicle_counts
 from hawk.lots.storage.backup import restore, verify
 from hawk.lots.storage.database import Database, copy
 from hawk.lots.storage.erasure import emptied, erase_rows, found_lot, found_survey
-from hawk.lots.tables import unpack_vehicles
+from hawk.lots.storage.tables import unpack_vehicles
 from hawk.lots.values import FinishedSurvey, Placed, VehicleDetection
-from hawk.lots.vehicle_counts import vehicle_counts
 from hawk.model.lot_map import StallState
 from hawk.model.vehicles import VehicleKind
 from tests.unit.lots.plan.plans import FAST, NOW, Person

@@ -13,9 +13,9 @@ from hawk.exports.features import Choice, surveys
 from hawk.exports.records import read_survey
 from hawk.exports.text_files import about_survey
 from hawk.lots.ingest import save
-from hawk.lots.schema import OUTBOX, SURVEY
 from hawk.lots.storage.backup import backup, restore
 from hawk.lots.storage.database import Database
+from hawk.lots.storage.schema import OUTBOX, SURVEY
 from hawk.lots.survey.source import LIMIT_WORDS, Limit, PictureSource, SourceKind, SurveyKind
 from hawk.lots.values import LONGEST_NAME, FinishedSurvey, fitting_name
 from tests.unit.lots import whole

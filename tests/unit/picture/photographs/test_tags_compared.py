@@ -151,7 +151,7 @@ def _light(path: Path) -> None:
 
 
 def _by_pictures(path: Path) -> None:
-    """The pictures are the witness: tests/unit/picture/test_scale.py, test_tilt.py, adjust/test_headings.py hold it."""
+    """The pictures are the witness: test_scale.py and reconstruction/test_tilt.py, test_headings.py hold it."""
 
 
 COMPARED: dict[str, Callable[[Path], None]] = {

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 from hawk.lots.survey.source import SourceKind
-from hawk.picture.photos import survey_shots
-from hawk.picture.shot_detections import Files
+from hawk.picture.photographs.flight import survey_shots
+from hawk.picture.photographs.shot_detections import Files
 from hawk.picture.values import PictureError, Provenance, Shot, ShotSet
 from tests.unit.picture.reconstruction.test_tilt import CAMERA, HEIGHT_M, STEP_M, _flown
 

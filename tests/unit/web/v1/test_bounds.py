@@ -17,7 +17,7 @@ from sqlalchemy import Connection, select, update
 from hawk.comm.protocol.authority import Role
 from hawk.exports.formats import FEEDS
 from hawk.lots import reach
-from hawk.lots.schema import LOT, STALL, SURVEY
+from hawk.lots.storage.schema import LOT, STALL, SURVEY
 from hawk.web.access.access import ACCESS, Access
 from hawk.web.access.tokens import TOKEN_FILE, remove_person, rotate_person
 from hawk.web.v1.bounds import FOR_ALL_LOTS, bounded, ids_asked

@@ -15,7 +15,7 @@ from sqlalchemy import delete
 from hawk.comm.protocol.authority import Role
 from hawk.lots import answers as lots
 from hawk.lots.plan import answers as plans
-from hawk.lots.schema import LOOKS
+from hawk.lots.storage.schema import LOOKS
 from hawk.lots.store import LotStore
 from hawk.stats import answers as uses
 from hawk.stats.changes import Changed
