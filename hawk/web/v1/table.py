@@ -32,7 +32,7 @@ from hawk.web.v1.features import parameters as forms
 from hawk.web.v1.features.parameters import ROOT as FEATURES_ROOT
 from hawk.web.v1.operations import Bound, Operation
 from hawk.web.v1.parameters import Query
-from hawk.web.v1.recordings import disk as recordings
+from hawk.web.v1.recordings import files as recordings
 from hawk.web.v1.recordings import films
 from hawk.web.v1.recordings import requests as recording_requests
 

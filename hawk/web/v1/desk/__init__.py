@@ -1,1 +1,1 @@
-"""What drones and programs send to a desk: documents, files of the inbox, and the log of both."""
+"""Documents, pictures and recordings that come to a desk, and the log of all that comes."""

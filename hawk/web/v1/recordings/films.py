@@ -28,7 +28,7 @@ from hawk.web.downloads import FILES, is_on_ground
 from hawk.web.services import SERVICES
 from hawk.web.v1.answers import GEOJSON, Answer, answered, in_time, made
 from hawk.web.v1.parameters import Query, query_of
-from hawk.web.v1.recordings.disk import folder_of
+from hawk.web.v1.recordings.files import folder_of
 from hawk.web.v1.refusals import RefusedError
 
 FLYING: Final = ("recordings", "a recording is shown once the motors are off")

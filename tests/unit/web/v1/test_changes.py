@@ -28,7 +28,7 @@ from tests.unit.lots.surveys import later, survey
 from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig, browser
 from tests.unit.web.v1.archive import NOWHERE, Archive
-from tests.unit.web.v1.recordings.test_disk import FIRST, SECOND
+from tests.unit.web.v1.recordings.test_files import FIRST, SECOND
 
 CHANGES = [each for each in OPERATIONS if each.is_change and not each.for_drones]
 CORNERS = [[51.99985, 4.9999], [51.99985, 5.001], [51.99996, 5.001], [51.99996, 4.9999]]
