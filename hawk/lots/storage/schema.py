@@ -98,10 +98,11 @@ SURVEY: Final = Table(
 """Order: `hawk.lots.survey.order`. ``stalls``, ``vehicles``: `hawk.lots.storage.tables`; ``vehicles`` is NULL where the
 network knew none. ``seen_ground``: `pack_outline` of the ground that was seen, with the holes in it; NULL without any:
 such a survey is registered nowhere, since a row that the edge of the flight cuts is a shorter row. ``doubt``: JSON of
-`hawk.lots.registration.survey_place.Doubt`, of a survey whose place was not certain; the place that a person chose stays with a survey that goes on after a battery swap.
-``accuracy``: metres, the receiver's own estimate at the landing. ``blurred``: stalls that only blurred pictures showed;
-NULL: not measured. ``kind`` to ``limits``: `hawk.lots.survey.source`. ``landing``: of a survey that came as a document,
-its ``seq`` in the store that it is from; NULL: it was stored here."""
+`hawk.lots.registration.survey_place.Doubt`, of a survey whose place was not certain; the place that a person chose
+stays with a survey that goes on after a battery swap. ``accuracy``: metres, the receiver's own estimate at the landing.
+``blurred``: stalls that only blurred pictures showed; NULL: not measured. ``kind`` to ``limits``:
+`hawk.lots.survey.source`. ``landing``: of a survey that came as a document, its ``seq`` in the store that it is from;
+NULL: it was stored here."""
 STALL: Final = Table(
     "stall",
     METADATA,
