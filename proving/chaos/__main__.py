@@ -20,6 +20,7 @@ import time
 from collections import Counter
 from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from http import HTTPStatus
 from pathlib import Path
 from typing import Final
 
@@ -237,10 +238,10 @@ class Chaos:
             await asyncio.sleep(CHANGE_S)
 
     async def _ask(self) -> None:
-        """Ask a drone at the desk for the recording of its first survey; without an answer it is asked again later."""
+        """Ask a drone at the desk for the recording of its first survey; one that did not work is asked again later."""
         if not self._not_asked:
             return
-        drone = self._not_asked[0]
+        drone = self._not_asked.pop(0)
         path = f"http://{HOST}:{self._port}/api/v1/surveys/{drone.first_survey()}/recordings/ask"
         headers = {"Authorization": f"Bearer {self._operator}"}
         with contextlib.suppress(aiohttp.ClientError, TimeoutError):
@@ -249,8 +250,9 @@ class Chaos:
                 aiohttp.ClientSession(headers=headers, timeout=limit) as session,
                 session.post(path, json={"asked": True}) as answer,
             ):
-                if answer.status == 200:
-                    self._not_asked.pop(0)
+                if answer.status == HTTPStatus.OK:
+                    return
+        self._not_asked.append(drone)  # others are not kept waiting: its survey may be deleted now
 
     async def _fail(self) -> None:
         faults: dict[str, Fault] = {
@@ -315,6 +317,8 @@ class Chaos:
     async def _until_sent(self) -> None:
         """Wait until the desk has every state, and every recording. Raises BenchmarkError."""
         ends = time.monotonic() + LONGEST_S
+        for each in self.drones:
+            each.take_back(time.time())
         left = self.drones
         while left:
             left = [drone for drone in left if not drone.is_sent(self._target(drone), time.time() + LONGEST_S)]

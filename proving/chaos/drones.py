@@ -80,6 +80,12 @@ class ChaosDrone:
                 with contextlib.suppress(LotInputError):
                     self._deleted.append(commands.delete(connection, row.id, "operator", now).seq)
 
+    def take_back(self, now: float) -> None:
+        """Take all deletions back: nobody gives the recording of a deleted survey."""
+        while self._deleted:
+            with self.base.writing() as connection:
+                commands.undo(connection, self._deleted.pop(), now)
+
     def is_sent(self, target: str, now: float) -> bool:
         """Return True when the desk has every state."""
         with self.base.reading() as connection:

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import delete, select
 
 from hawk.lots import outbox
-from hawk.lots.storage.schema import OBSERVATION
+from hawk.lots.storage.schema import OBSERVATION, SURVEY
 from proving.chaos import link as link_module
 from proving.chaos.drones import ChaosDrone, difference, reference
 from proving.chaos.link import HOST, Link, LinkState
@@ -127,3 +127,16 @@ def test_all_is_sent_when_the_desk_has_noted_every_state(drone: ChaosDrone) -> N
             outbox.note_sent(connection, message, "desk", later)
     drone.change(random.Random(6), NOW)
     assert not drone.is_sent("desk", later)
+
+
+def test_deletions_are_taken_back_for_the_recordings_of_what_was_deleted(drone: ChaosDrone) -> None:
+    def deleted() -> int:
+        with drone.base.reading() as connection:
+            return len(connection.execute(select(SURVEY.c.id).where(SURVEY.c.lot.is_(None))).all())
+
+    rng = random.Random(7)
+    while not deleted():
+        drone.change(rng, NOW)
+    drone.change(rng, NOW)
+    drone.take_back(NOW)
+    assert not deleted()
