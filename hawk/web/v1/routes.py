@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 from aiohttp import hdrs, web
@@ -43,14 +44,24 @@ def add_routes(app: web.Application) -> None:
     file_transfer.prepare(app)
     reports.prepare(app)
     films.prepare(app)
+    app.router.add_routes(_routes())
+
+
+@cache
+def _routes() -> Sequence[web.RouteDef]:
+    """Return all routes; other methods of an address come behind its own."""
     found: dict[str, dict[str, Handler]] = {DEFINITION: {hdrs.METH_GET: definition}}
     for each in OPERATIONS:
         found.setdefault(each.route, {})[each.method] = bounded(each)
-    for path, handlers in found.items():
-        for method, handler in handlers.items():
-            add = {hdrs.METH_GET: app.router.add_get, hdrs.METH_PUT: app.router.add_put}
-            add.get(method, app.router.add_post)(f"{ROOT}{path}", handler)
-        app.router.add_route(hdrs.METH_ANY, f"{ROOT}{path}", _refuser(handlers))
+    add = {hdrs.METH_GET: web.get, hdrs.METH_PUT: web.put}
+    return [
+        route
+        for path, handlers in found.items()
+        for route in (
+            *(add.get(method, web.post)(f"{ROOT}{path}", handler) for method, handler in handlers.items()),
+            web.route(hdrs.METH_ANY, f"{ROOT}{path}", _refuser(handlers)),
+        )
+    ]
 
 
 def _refuser(handlers: Mapping[str, Handler]) -> Handler:
