@@ -13,6 +13,7 @@ import secrets
 import signal
 import socket
 import sys
+from collections.abc import Awaitable, Callable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
@@ -80,6 +81,10 @@ SPEED_HELP = f"simulated seconds per second, {SLOWEST:g}-{FASTEST:g}"
 """Of ``--speed``, for hawk-drone and hawk-sim."""
 SIMULATOR_MISSING = f"the simulator needs pymavlink, which is not installed: {remedy('sim')}"
 """Error message of both programs where `simulator_installed` is False."""
+
+
+StartProgram = Callable[..., Awaitable[asyncio.subprocess.Process]]
+"""Starts a program as `asyncio.create_subprocess_exec` does."""
 
 
 class SimulationError(Exception):
@@ -152,8 +157,11 @@ class SimulationAddress:
 class Simulation:
     """One ``hawk-sim`` process."""
 
-    def __init__(self, options: SimulationOptions) -> None:
+    def __init__(
+        self, options: SimulationOptions, start_program: StartProgram = asyncio.create_subprocess_exec
+    ) -> None:
         self._options = options
+        self._start_program = start_program
         self._process: asyncio.subprocess.Process | None = None
         self._drain: asyncio.Task[None] | None = None
 
@@ -165,7 +173,7 @@ class Simulation:
         port = free_udp_port()
         command = [sys.executable, "-m", "hawk.sim.cli", *self._options.arguments()]
         command += [f"--mavlink=udpout:127.0.0.1:{port}", "--http=127.0.0.1:0", f"--parent-pid={os.getpid()}"]
-        self._process = await asyncio.create_subprocess_exec(
+        self._process = await self._start_program(
             *command,
             stdin=asyncio.subprocess.DEVNULL,
             stdout=asyncio.subprocess.PIPE,

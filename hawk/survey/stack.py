@@ -21,6 +21,7 @@ from hawk.sim.launch import (
     SimulationError,
     SimulationOptions,
     SimulatorOptionError,
+    StartProgram,
     end_process,
 )
 from hawk.survey.truth import GroundTruth, TruthError, parse_truth
@@ -68,10 +69,11 @@ class SimulatedStack:
         fence: Path | None,
         link: Callable[[str], Awaitable[str]] | None = None,
         drone: DronePrograms | None = None,
+        start_program: StartProgram = asyncio.create_subprocess_exec,
     ) -> None:
         """``link`` gets the autopilot's URL once it is known and returns the one for the daemon: a proxy between.
 
-        ``drone`` is flown in place of the simulated one of ``options``.
+        ``drone`` is flown in place of the simulated one of ``options``. ``start_program`` starts the programs.
         """
         self._options = options
         self._link = link
@@ -79,7 +81,8 @@ class SimulatedStack:
         self._folder = folder
         self._config = config
         self._fence = fence
-        self._simulation = Simulation(options) if drone is None else drone
+        self._start_program = start_program
+        self._simulation = Simulation(options, start_program) if drone is None else drone
         self.daemon: asyncio.subprocess.Process | None = None
         """The daemon's process."""
         self._port = 0
@@ -105,7 +108,7 @@ class SimulatedStack:
             self.daemon.kill()
             await self.daemon.wait()
         await self._simulation.stop()
-        self._options, self._simulation = options, Simulation(options)
+        self._options, self._simulation = options, Simulation(options, self._start_program)
         return await self._start_both()
 
     async def _start_both(self) -> Ready:
@@ -133,7 +136,7 @@ class SimulatedStack:
         ready = self._folder / "ready.json"
         ready.unlink(missing_ok=True)
         log = self._log("hawk-drone.log")
-        self.daemon = await asyncio.create_subprocess_exec(
+        self.daemon = await self._start_program(
             *self.daemon_command(ready),
             stdin=asyncio.subprocess.DEVNULL,
             stdout=log,

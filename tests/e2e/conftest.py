@@ -14,6 +14,7 @@ from playwright.async_api import Browser, async_playwright
 
 from hawk.sim.launch import SimulationOptions
 from hawk.survey.stack import SimulatedStack
+from tests.forked import start_program
 from tests.integration.daemon_support import PatientStack
 from tests.pace import PATIENCE_S, speed_here
 
@@ -77,7 +78,7 @@ async def fake() -> AsyncIterator[Callable[..., Awaitable[tuple[asyncio.subproce
     started: list[asyncio.subprocess.Process] = []
 
     async def start(scene: str, *options: str) -> tuple[asyncio.subprocess.Process, str]:
-        process = await asyncio.create_subprocess_exec(
+        process = await start_program(
             sys.executable, str(FAKE_DRONE), scene, "--port", "0", *options, stdout=asyncio.subprocess.PIPE
         )
         started.append(process)

@@ -9,6 +9,7 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from pathlib import Path
 
+from tests.forked import start_program
 from tests.pace import PATIENCE_S
 
 
@@ -16,9 +17,7 @@ from tests.pace import PATIENCE_S
 async def desk_of(folder: Path) -> AsyncIterator[str]:
     """Serve the store of a folder; yield the page's address. It must end by itself on SIGTERM."""
     command = [sys.executable, "-m", "hawk.cli", "desk", "--port", "0", "--store", str(folder)]
-    process = await asyncio.create_subprocess_exec(
-        *command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"}
-    )
+    process = await start_program(*command, stdout=asyncio.subprocess.PIPE, env={**os.environ, "PYTHONUNBUFFERED": "1"})
     assert process.stdout is not None
     try:
         async with asyncio.timeout(PATIENCE_S):

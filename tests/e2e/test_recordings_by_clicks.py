@@ -17,6 +17,7 @@ from hawk.survey.stack import SimulatedStack
 from tests.e2e.hands import button, confirm, hover, new_page, press, shows
 from tests.e2e.test_page_by_keyboard import AXE, RUN_AXE
 from tests.e2e.watching import watch
+from tests.forked import start_program
 from tests.pace import PATIENCE_S
 from tests.unit.replay.recordings import flight, write
 
@@ -104,7 +105,7 @@ async def replayed(tmp_path: Path) -> AsyncIterator[Callable[[Path], Awaitable[s
     started: list[asyncio.subprocess.Process] = []
 
     async def start(path: Path) -> str:
-        process = await asyncio.create_subprocess_exec(
+        process = await start_program(
             *(sys.executable, "-m", "hawk.cli", "replay", str(path), "--port", "0"),
             stdout=asyncio.subprocess.PIPE,
             env={**os.environ, "PYTHONUNBUFFERED": "1"},

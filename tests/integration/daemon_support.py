@@ -21,6 +21,7 @@ from hawk.store.replay import read_recording
 from hawk.survey.client import DroneClient
 from hawk.survey.handset import Handset, refusal_of
 from hawk.survey.stack import Ready, SimulatedStack
+from tests.forked import start_program
 from tests.integration.sim_support import small_picture
 from tests.pace import PATIENCE_S, speed_here
 
@@ -67,6 +68,9 @@ class PatientStack(SimulatedStack):
     The default of five simulated seconds is shorter than a daemon takes that starts again on a busy machine, and ten
     between Arm and Take off are three real ones, in which a page may draw no question.
     """
+
+    def __init__(self, options: SimulationOptions, folder: Path, config: Path | None, fence: Path | None) -> None:
+        super().__init__(options, folder, config, fence, start_program=start_program)
 
     async def start(self) -> Ready:
         ready = await super().start()

@@ -26,6 +26,7 @@ from hawk.sim.launch import SimulationOptions
 from hawk.survey import report
 from hawk.survey.stack import SimulatedStack
 from hawk.survey.truth import GroundTruth
+from tests.forked import start_program
 from tests.integration.daemon_support import Operator, operator, until_journalled, write_settings
 from tests.pace import speed_here
 
@@ -92,7 +93,7 @@ class Swap:
 @pytest_asyncio.fixture(loop_scope="module", scope="module")
 async def swap(tmp_path_factory: pytest.TempPathFactory) -> AsyncIterator[Swap]:
     folder = tmp_path_factory.mktemp("swap")
-    stack = SimulatedStack(FIRST, folder, write_settings(folder, SETTINGS), None)
+    stack = SimulatedStack(FIRST, folder, write_settings(folder, SETTINGS), None, start_program=start_program)
     try:
         began, half = await until_low(stack, (await stack.start()).url)
         await until_journalled(folder / "store", lambda kept: bool(kept.drains))
