@@ -6,13 +6,13 @@ import ast
 import re
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
 
+from tests.statements import statements
 from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
@@ -52,16 +52,6 @@ def imported_by(path: Path) -> frozenset[str]:
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in late:
             found |= {str(given.value).split(".")[0] for given in node.args[:1] if isinstance(given, ast.Constant)}
     return frozenset(found)
-
-
-def statements(body: Iterable[ast.AST]) -> Iterator[ast.AST]:
-    """Yield all statements of a body, those within others, too: a fifth of what `ast.walk` looks at."""
-    for each in body:
-        yield each
-        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
-            inner = getattr(each, part, ())
-            if isinstance(inner, list):
-                yield from statements(inner)
 
 
 @cache

@@ -115,9 +115,9 @@ def test_the_route_begins_at_the_target_and_shrinks(flown: Flight) -> None:
 
 
 def test_part_of_the_lot_beyond_the_fence_does_not_hold_it_up() -> None:
-    lot = shapely.box(-30.0, -50.0, 30.0, 50.0)
-    polygon = ((-35.0, -55.0), (35.0, -55.0), (35.0, -8.0), (-35.0, -8.0))
-    flight = fly(lot, (0.0, -45.0), Fence(polygon, polygon, 60.0, 63.0), most_s=400)
+    lot = shapely.box(-30.0, -35.0, 30.0, 35.0)
+    polygon = ((-35.0, -40.0), (35.0, -40.0), (35.0, -8.0), (-35.0, -8.0))
+    flight = fly(lot, (0.0, -30.0), Fence(polygon, polygon, 60.0, 63.0), most_s=400)
     assert flight.done
     assert all(shapely.Polygon(polygon).covers(shapely.Point(place)) for place in flight.places)
 
@@ -125,7 +125,7 @@ def test_part_of_the_lot_beyond_the_fence_does_not_hold_it_up() -> None:
 def test_a_drone_outside_the_fence_is_led_inside() -> None:
     lot = shapely.box(-30.0, -50.0, 30.0, 50.0)
     fence = fence_around(lot, 5.0)
-    flight = fly(lot, (0.0, -58.0), fence, most_s=20)
+    flight = fly(lot, (0.0, -58.0), fence, most_s=8)
     target, inside = flight.plans[5].target, shapely.Polygon(fence.polygon)
     assert target is not None
     assert inside.covers(shapely.Point(target.north, target.east))
