@@ -99,6 +99,7 @@ def test_it_begins_with_a_turn_on_the_spot_that_shows_what_lies_about_the_drone(
         plan for plan, place in zip(flown.plans, flown.places, strict=True) if math.dist(place, flown.places[0]) < 0.5
     ]
     assert len(begin) >= 4
+    assert all(plan.target and plan.target.distance(MapPoint(*flown.places[0])) < 0.5 for plan in begin[:4])
     assert max(abs(plan.yaw or 0.0) for plan in begin) > math.radians(60)  # the drone's own was 0
     assert flown.plans[len(begin)].explore.seen > begin[0].explore.seen
 
