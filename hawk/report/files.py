@@ -12,7 +12,7 @@ from sqlalchemy import Connection
 from hawk.formats.box import named
 from hawk.lots.queries import NextDue, never_due
 from hawk.lots.survey.pictures import PictureFolder
-from hawk.report import pdf, workbook
+from hawk.report import pdf, workbook, workbook_file
 from hawk.report.document import content_policy, document, lot_part, lots_document
 from hawk.report.lots_report import LotLine, check_lots, line_of, lots_report
 from hawk.report.options import Form, Kind, Wanted
@@ -40,7 +40,7 @@ def prepared(
     """
     report = read_report(connection, pictures, wanted, now)
     if kind == "xlsx":
-        return Prepared(workbook.sheets(report, form.language), workbook.WRITER)
+        return Prepared(workbook.sheets(report, form.language), workbook_file.WRITER)
     html = document(report, form)
     return Prepared(html.encode(), pdf.READER if kind == "pdf" else None, content_policy(html))
 
@@ -82,7 +82,7 @@ def prepared_of_lots(
             pages.append(lot_part(report, form))
     whole = lots_report(lines, wanted.asked, now)
     if kind == "xlsx":
-        return Prepared(workbook.lots_sheets(whole, sheets, form.language), workbook.WRITER)
+        return Prepared(workbook.lots_sheets(whole, sheets, form.language), workbook_file.WRITER)
     html = lots_document(whole, pages, form)
     if kind == "pdf":
         return Prepared(to_json([html, *documents]), pdf.PARTS_READER)

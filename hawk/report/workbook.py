@@ -1,19 +1,16 @@
 """A report as a workbook (Office Open XML): the figures of the document as numbers, and every stall.
 
-`sheets` makes the sheets, which are text then; `written` writes them, which takes long for a large lot and can be done
-by a process of its own.
+`sheets` makes the sheets, which are text then; `hawk.report.workbook_file` writes them, which takes long for a large
+lot and can be done by a process of its own.
 """
 
 from __future__ import annotations
 
-import io
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import date, datetime
-from typing import Any, Final, Literal
+from typing import Final
 
-import xlsxwriter
 from pydantic_core import to_json
 
 from hawk.lots.answers import ListedSection
@@ -23,15 +20,10 @@ from hawk.report.options import Language
 from hawk.report.queries import MOST_STATES
 from hawk.report.values import NOT_THERE, Report
 from hawk.report.words import Words
+from hawk.report.workbook_file import Kind
 from hawk.stats.hour_use import SurveyShare
 from hawk.stats.values import FREE, TAKEN, UNSEEN, Estimate
 
-WRITER: Final = "hawk.report.workbook:written"
-"""Name of `written` for `hawk.formats.box`."""
-Kind = Literal["text", "share", "number", "count", "moment", "day"]
-_FORMS: Final[dict[Kind, str]] = {
-    "text": "@", "share": "0.0%", "number": "0.0", "count": "0", "moment": "yyyy-mm-dd hh:mm", "day": "yyyy-mm-dd",
-}  # fmt: skip
 _SECONDS_A_DAY: Final = 86_400
 _EPOCH: Final = datetime(1899, 12, 30)  # noqa: DTZ001 - a workbook's times are those of a wall
 _STATES: Final = {FREE: "free", TAKEN: "taken", UNSEEN: "unseen", NOT_THERE: "none"}
@@ -60,7 +52,7 @@ class Sheet:
 
 
 def sheets(report: Report, language: Language) -> bytes:
-    """Return the sheets of a report as JSON, for `written`."""
+    """Return the sheets of a report as JSON, for `hawk.report.workbook_file.written`."""
     return _book(report.name, lot_sheets(report, language), Words(language))
 
 
@@ -85,39 +77,6 @@ def lot_sheets(report: Report, language: Language, number: int | None = None) ->
 def _book(name: str, made: Sequence[bytes], words: Words) -> bytes:
     head = to_json({"title": f"{name}, {words('kind-of-document')}", "author": words("author", program="hawk-drone")})
     return head[:-1] + b',"sheets":[' + b",".join(made) + b"]}"
-
-
-def written(data: bytes, _: dict[str, Any]) -> bytes:
-    """Return sheets as a workbook. A text stays text, whatever it begins with; heads stay in view, with a filter."""
-    given = json.loads(data)
-    out = io.BytesIO()
-    workbook = xlsxwriter.Workbook(out, {"constant_memory": True, "default_date_format": _FORMS["moment"]})
-    workbook.set_properties({"title": given["title"], "author": given["author"]})
-    head = workbook.add_format({"bold": True, "bottom": 1, "text_wrap": True, "valign": "bottom"})
-    forms = {kind: workbook.add_format({"num_format": form}) for kind, form in _FORMS.items()}
-    for each in given["sheets"]:
-        _write(workbook.add_worksheet(each["name"]), each, head, forms)
-    workbook.close()
-    return out.getvalue()
-
-
-def _write(sheet: Any, given: dict[str, Any], head: Any, forms: dict[Kind, Any]) -> None:
-    columns = given["columns"]
-    for number, column in enumerate(columns):
-        sheet.set_column(number, number, column["width"])
-        sheet.write_string(0, number, column["head"], head)
-    for line, row in enumerate(given["rows"], 1):
-        for number, cell in enumerate(row):
-            kind, value = cell if isinstance(cell, list) else (columns[number]["kind"], cell)
-            if isinstance(value, str):
-                sheet.write_string(line, number, value)
-            elif value is not None:
-                sheet.write_number(line, number, value, forms[kind])
-    sheet.freeze_panes(1, 1)
-    sheet.autofilter(0, 0, max(len(given["rows"]), 1), len(columns) - 1)
-    sheet.set_landscape()
-    sheet.repeat_rows(0)
-    sheet.fit_to_pages(1, 0)
 
 
 # -- sheets ------------------------------------------------------------------------------------------------------------

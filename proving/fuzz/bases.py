@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import json
 import math
@@ -236,10 +237,7 @@ def hostile(port: int) -> Iterator[Base]:
     yield Base(".avi", f"ffconcat version 1.0\nfile {at}.mp4\n".encode())
     yield Base(".mp4", f"<?xml version='1.0'?><MPD><BaseURL>{at}</BaseURL></MPD>".encode())
     yield Base(".kml", f"<kml><NetworkLink><Link><href>{at}</href></Link></NetworkLink></kml>".encode())
-    bomb = io.BytesIO()
-    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as packed:
-        packed.writestr("doc.kml", bytes(100_000_000))
-    yield Base(".kmz", bomb.getvalue())
+    yield _zip_bomb()
     from tests.unit.formats.test_gdal import tiff
 
     for data in (
@@ -253,9 +251,17 @@ def hostile(port: int) -> Iterator[Base]:
     yield Base(".jpg", jpeg + b"\xff\xda\x00\x0c\x03\x01\x00\x02\x00\x03\x00\x00\x3f\x00" + bytes(50) + b"\xff\xd9")
 
 
-def _packed_bombs() -> Iterator[Base]:
+@functools.cache
+def _zip_bomb() -> Base:
+    bomb = io.BytesIO()
+    with zipfile.ZipFile(bomb, "w", zipfile.ZIP_DEFLATED) as packed:
+        packed.writestr("doc.kml", bytes(100_000_000))
+    return Base(".kmz", bomb.getvalue())
+
+
+@functools.cache
+def _packed_bombs() -> tuple[Base, ...]:
     from tests.unit.store.test_mcap_records import PACKED
     from tests.unit.store.test_mcap_records import packed as made
 
-    for kind in PACKED[:2]:
-        yield Base(".mcap", made([bytes(90_000_000)], kind))
+    return tuple(Base(".mcap", made([bytes(90_000_000)], kind)) for kind in PACKED[:2])

@@ -92,15 +92,19 @@ class Canvas:
         if patch is None:
             return
         target = self.image[patch.rows, patch.columns]
-        alpha = (patch.mask * np.float32(strength))[..., None]
-        target += (np.asarray(texture, np.float32) - target) * alpha
+        alpha, over = patch.mask * np.float32(strength), np.asarray(texture, np.float32)
+        for channel in range(3):  # several times as quick as all three at once
+            part = target[..., channel]
+            part += (over[..., channel] - part) * alpha
 
     def gain(self, patch: Patch | None, gain: float | Sequence[float]) -> None:
         """Multiply the patch by a gain (one number, or one for each of B, G and R); nothing for None."""
         if patch is None:
             return
-        change = np.asarray(gain, np.float32) - 1
-        self.image[patch.rows, patch.columns] *= 1 + patch.mask[..., None] * change
+        target = self.image[patch.rows, patch.columns]
+        change = np.broadcast_to(np.asarray(gain, np.float32) - 1, 3)
+        for channel in range(3):
+            target[..., channel] *= 1 + patch.mask * change[channel]
 
     def _roi(self, points: Points, reach: int) -> tuple[slice, slice] | None:
         pixels = self.to_px(points)

@@ -110,7 +110,8 @@ class Shadows:
             both = np.asarray(cv2.GaussianBlur(both, (0, 0), sigma), np.float32)
         both *= np.float32(rng.uniform(0.94, 1.0))
         lost = 1 - np.array(self._sun.gain, np.float32)
-        self._canvas.image *= 1 - both[..., None] * lost
+        for channel in range(3):
+            self._canvas.image[..., channel] *= 1 - both * lost[channel]
         return both
 
     def shade_at(self, points: Points, height: float = 0.0) -> Floats:

@@ -48,9 +48,10 @@ def texture(rng: np.random.Generator, material: Material, height: int, width: in
     # what is finer than a pixel is seen as its mean: grain fades as pixels grow
     grain = material.grain * min(1.0, 0.09 / metres_per_pixel + 0.25)
     value = noise(rng, height, width, cells, [material.blotch, material.mottle, grain])
+    value += 1
     picture = np.empty((height, width, 3), np.float32)
-    picture[:] = material.colour
-    picture *= (1 + value)[..., None]
+    for channel, level in enumerate(material.colour):
+        np.multiply(value, np.float32(level), out=picture[..., channel])
     if material.hue > 0.005:
         shift = noise(rng, height, width, [1.5 * per_metre, 0.5 * per_metre], [material.hue, material.hue * 0.6])
         picture[..., 2] *= 1 + shift

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.statements import statements
 from tests.sweep import sweep
 
 ROOT = Path(__file__).parents[3]
@@ -27,6 +28,7 @@ def declared(requirements: list[str]) -> set[str]:
 
 
 LATE = ("late", "late_functions", "load")
+LATE_CALL = re.compile(rf"(?<![.\w])({'|'.join(LATE)})\(")
 
 
 def imported(folder: str) -> set[str]:
@@ -41,7 +43,8 @@ def imported_by(path: Path) -> frozenset[str]:
     found: set[str] = set()
     text = path.read_text(encoding="utf-8")
     late = LATE if path.is_relative_to(ROOT / "hawk") else ()
-    for node in ast.walk(ast.parse(text)):
+    tree = ast.parse(text)
+    for node in ast.walk(tree) if late and LATE_CALL.search(text) else statements(tree.body):
         if isinstance(node, ast.Import):
             found |= {alias.name.split(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.statements import statements
 from tests.unit.packaging.scripts import load
 
 assemble_venv = load("deb/assemble_venv")
@@ -48,7 +49,7 @@ print(len([name for name in sys.modules if name.startswith("hawk.")]))
 
 def imported() -> Iterator[str]:
     for path in (ROOT / "hawk").rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in statements(ast.parse(path.read_text(encoding="utf-8")).body):
             if isinstance(node, ast.Import):
                 yield from (alias.name for alias in node.names)
             elif isinstance(node, ast.ImportFrom) and node.module and not node.level:

@@ -15,7 +15,7 @@ from PIL import ExifTags, Image
 from hawk.picture import sources
 from hawk.picture.film.app import read_film
 from hawk.picture.sources import MapRequest, survey_of_source
-from hawk.picture.values import PictureError
+from hawk.picture.values import PictureError, PictureSurvey
 from tests.unit.picture.film.films import Flight, captions, straight, write_film
 from tests.unit.picture.orthophoto.drawn import blank, write
 
@@ -31,6 +31,18 @@ def film(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Results of each step: what is found in the film's pictures is found once."""
+    return tmp_path_factory.mktemp("out")
+
+
+@pytest.fixture(scope="module")
+def plain(film: Path, out: Path) -> PictureSurvey:
+    """The survey of the film, of which a person says nothing."""
+    return survey_of_source(MapRequest(film, out, hfov_deg=VIEW_DEG), _nothing)
+
+
 @pytest.mark.slow
 def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None:
     steps: list[str] = []
@@ -44,11 +56,8 @@ def test_a_film_is_mapped_as_photographs_are(film: Path, tmp_path: Path) -> None
 
 
 @pytest.mark.slow
-def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path: Path) -> None:
-    plain, named = (
-        survey_of_source(MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, name=name), _nothing)
-        for name in (None, " North  Street ")
-    )
+def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, out: Path, plain: PictureSurvey) -> None:
+    named = survey_of_source(MapRequest(film, out, hfov_deg=VIEW_DEG, name=" North  Street "), _nothing)
     assert (named.survey.lot, named.landed.title) == ("North Street", "North Street")
     assert (named.landed.name, named.survey.survey) == (plain.landed.name, plain.survey.survey)
     assert named.survey.lot_id == plain.survey.lot_id
@@ -58,11 +67,10 @@ def test_a_name_is_the_lot_s_and_the_survey_stays_the_same(film: Path, tmp_path:
 
 
 @pytest.mark.slow
-def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(film: Path, tmp_path: Path) -> None:
-    plain, timed = (
-        survey_of_source(MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, taken=taken), _nothing)
-        for taken in (None, 1_767_225_600.0)
-    )
+def test_the_time_that_a_person_says_is_that_of_the_last_picture_and_sure(
+    film: Path, out: Path, plain: PictureSurvey
+) -> None:
+    timed = survey_of_source(MapRequest(film, out, hfov_deg=VIEW_DEG, taken=1_767_225_600.0), _nothing)
     survey, before = timed.survey, plain.survey
     assert (survey.ended, survey.time_is_sure, before.time_is_sure) == (1_767_225_600.0, True, False)
     assert survey.ended - survey.began == pytest.approx(before.ended - before.began)
@@ -94,9 +102,9 @@ def test_a_time_is_refused_before_the_work_where_the_files_say_it_themselves(
 @pytest.mark.slow
 @pytest.mark.parametrize("is_sure", [True, False])
 def test_a_moment_that_has_not_been_is_refused_before_the_work_with_the_remedy(
-    film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_sure: bool
+    film: Path, out: Path, monkeypatch: pytest.MonkeyPatch, *, is_sure: bool
 ) -> None:
-    early = MapRequest(film, tmp_path / "out", hfov_deg=VIEW_DEG, now=1_777_800_000.0)  # 25 h before the film
+    early = MapRequest(film, out, hfov_deg=VIEW_DEG, now=1_777_800_000.0)  # 25 h before the film
     monkeypatch.setattr(sources, "read_film", lambda *of, **by: replace(read_film(*of, **by), time_is_sure=is_sure))
     monkeypatch.setattr(sources, "survey_shots", lambda *_, **__: pytest.fail("it was mapped"))
     words = _refused(early)

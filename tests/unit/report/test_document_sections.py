@@ -12,7 +12,8 @@ from hawk.report.document import document
 from hawk.report.options import Form, Wanted
 from hawk.report.queries import read_report
 from hawk.report.values import Report
-from hawk.report.workbook import sheets, written
+from hawk.report.workbook import sheets
+from hawk.report.workbook_file import written
 from hawk.stats.use_query import asked_of
 from tests.unit.lots.plan.plans import Person
 from tests.unit.report.read_back import Book

@@ -6,7 +6,8 @@ import pytest
 
 from hawk.report.document import document
 from hawk.report.options import LANGUAGES, Form, Language
-from hawk.report.workbook import sheets, written
+from hawk.report.workbook import sheets
+from hawk.report.workbook_file import written
 from tests.unit.report.conftest import Read
 from tests.unit.report.read_back import Book, Page
 from tests.unit.report.week import NAME, ZONE

@@ -45,7 +45,7 @@ def world() -> World:
 
 @cache
 def world_in(condition: Condition) -> World:
-    return generate_world(11, WorldOptions(condition=condition))
+    return generate_world(11, WorldOptions(condition=condition, metres_per_pixel=0.1))  # the check sees 15 cm
 
 
 def straight(steps: int, *, speed: float = 4.0, heading: float = 0.7, yaw: float = 0.2) -> list[MapPose]:

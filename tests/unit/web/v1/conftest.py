@@ -68,17 +68,27 @@ async def plans(tmp_path: Path, rig: Rig) -> AsyncIterator[Plans]:
     await store.close()
 
 
+@pytest.fixture(scope="session")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two surveys of a lot in the store of a drone; no test changes the file."""
+    file = tmp_path_factory.mktemp("flown") / "lots.db"
+    drone = Drone.at(file)
+    drone.add(survey())
+    drone.add(later(survey(seed=2), 2))
+    drone.store.close()
+    return file
+
+
 @pytest.fixture
-async def centre(tmp_path: Path, rig: Rig) -> AsyncIterator[Centre]:
+async def centre(tmp_path: Path, rig: Rig, flown: Path) -> AsyncIterator[Centre]:
     store = rig.lots = LotStore(tmp_path / "centre" / "lots.db", find_stalls)
     rig.collects, rig.folder = True, tmp_path
     rig.side = OperatorSide.create(rig.clock, rig.operator, refuse)
     stand = Stand(rig, tmp_path)
     tokens = {name: rotate_drone(tmp_path / TOKEN_FILE, name) for name in (ONE, OTHER)}
     await rig.start()
-    drone = Drone.at(tmp_path / "drone" / "lots.db")
-    drone.add(survey())
-    drone.add(later(survey(seed=2), 2))
+    (tmp_path / "drone").mkdir()
+    drone = Drone.at(Path(shutil.copy(flown, tmp_path / "drone" / "lots.db")))
     yield Centre(stand, store, tmp_path, tokens, drone)
     drone.store.close()
     await stand.close()

@@ -15,6 +15,7 @@ from hawk.comm.protocol.authority import Role
 from hawk.lots.ingest import save
 from hawk.lots.store import LotStore
 from hawk.lots.values import Doubtful, FinishedSurvey, PossiblePlace, Saved
+from tests.sweep import sweep
 from tests.unit.lots.repaints import by_place, extra, flown, repainted
 from tests.unit.lots.surveys import DATUM, box, later, survey
 from tests.unit.web.rig import Rig
@@ -323,12 +324,17 @@ WRONG: list[tuple[str, dict[str, object], int, str, str]] = [
 ]  # fmt: skip
 
 
+@pytest.fixture
+async def first(lots: Lots) -> Saved:
+    """The survey of the one lot."""
+    return await lots.add(survey())
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(("path", "body", "status", "field", "reason"), WRONG)
+@sweep(("path", "body", "status", "field", "reason"), WRONG)
 async def test_a_value_that_cannot_be_used_is_named_with_its_remedy_and_changes_nothing(
-    lots: Lots, path: str, body: dict[str, object], status: int, field: str, reason: str
+    lots: Lots, first: Saved, path: str, body: dict[str, object], status: int, field: str, reason: str
 ) -> None:
-    first = await lots.add(survey())
     before = await lots.everything()
     named = {"LOT": first.lot, "SURVEY": first.survey}
     asked = {key: named.get(value, value) if isinstance(value, str) else value for key, value in body.items()}
@@ -342,7 +348,7 @@ async def test_a_value_that_cannot_be_used_is_named_with_its_remedy_and_changes_
 
 @pytest.mark.slow
 @pytest.mark.fault("a survey holds numbers that are none")
-@pytest.mark.parametrize(
+@sweep(
     ("body", "reason"),
     [
         (b"{", "is no JSON"),
@@ -352,8 +358,9 @@ async def test_a_value_that_cannot_be_used_is_named_with_its_remedy_and_changes_
         (b'{"name": "x", "outline": [[52, 5], [52, NaN], [52, 5]]}', "must be a finite number"),
     ],
 )  # fmt: skip
-async def test_a_body_that_is_no_object_of_numbers_is_refused(lots: Lots, body: bytes, reason: str) -> None:
-    first = await lots.add(survey())
+async def test_a_body_that_is_no_object_of_numbers_is_refused(
+    lots: Lots, first: Saved, body: bytes, reason: str
+) -> None:
     async with lots.session.post(lots.address(f"/lots/{first.lot}/split"), data=body) as response:
         assert response.status == 422
         assert reason in (await response.json(content_type=None))["detail"]

@@ -20,6 +20,7 @@ from hawk.store.recording_requests import RecordingRequests
 from hawk.store.recordings import Recordings
 from hawk.web.access.tokens import TOKEN_FILE, remove_drone
 from hawk.web.v1.desk import file_transfer
+from tests.sweep import sweep
 from tests.unit.store.recorded import recorded
 from tests.unit.web.rig import Rig
 from tests.unit.web.v1.centre import ONE, OTHER, Centre
@@ -161,7 +162,16 @@ async def test_one_that_is_asked_for_by_nobody_changes_nothing(asking: Asking) -
     assert asking.files() == {}
 
 
-@pytest.mark.parametrize(
+@pytest.fixture
+async def begun(asking: Asking) -> Asking:
+    """The first part of the recording is here."""
+    await asking.ask()
+    await asking.offer(len(asking.data))
+    await asking.part(0, 1000)
+    return asking
+
+
+@sweep(
     ("given", "status", "field"),
     [
         ({"drone": OTHER, "start": 1000, "end": 2000}, 403, "id"),
@@ -174,20 +184,14 @@ async def test_one_that_is_asked_for_by_nobody_changes_nothing(asking: Asking) -
         ({"start": 1000, "end": 2000, "size": 1500}, 422, "Content-Range"),
         ({"start": 1000, "end": 2000, "data": b"y" * 5000}, 422, "Content-Range"),
     ],
-    ids=["another drone's", "not offered", "leads elsewhere", "no name", "overlap", "gap", "bomb", "beyond", "other"],
 )
 async def test_a_part_that_does_not_fit_is_refused_in_words(
-    asking: Asking, given: dict[str, Any], status: int, field: str
+    begun: Asking, given: dict[str, Any], status: int, field: str
 ) -> None:
-    await asking.ask()
-    await asking.offer(len(asking.data))
-    await asking.part(0, 1000)
-    before = asking.files()
-    found, problem = await asking.part(**given)
+    found, problem = await begun.part(**given)
     assert (found, problem["field"]) == (status, field)
     assert problem["detail"]
-    assert asking.files() == before
-    assert list(before.values()) == [asking.data[:1000]]
+    assert list(begun.files().values()) == [begun.data[:1000]]
 
 
 async def test_the_token_that_was_removed_midway_sends_no_more(asking: Asking) -> None:
