@@ -5,8 +5,10 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
+from sqlalchemy import Engine, create_engine
 
 from hawk.lots.storage import database
 
@@ -34,4 +36,23 @@ def stores_are_copies(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None
 
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(database, "migrate_file", copied)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def statements_are_compiled_once() -> Iterator[None]:
+    """Share dialect and compiled statements among all stores: each would compile the same ones, 0.7 ms each."""
+    compiled: dict[Any, Any] = {}
+    first = create_engine("sqlite://")
+    with first.connect():
+        pass  # the dialect knows the version of SQLite now
+    first.dispose()
+
+    def shared(*given: Any, **options: Any) -> Engine:
+        engine = create_engine(*given, **options, execution_options={"compiled_cache": compiled})
+        engine.dialect = first.dialect
+        return engine
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(database, "create_engine", shared)
         yield
