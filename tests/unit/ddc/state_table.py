@@ -128,8 +128,8 @@ class Program:
     def facts(self, now: float, event: Event) -> Facts:
         """Return the facts of an event."""
         facts = _judged(self._column.facts(now), self._desired)
-        told = (Answer(ask.name, ask.at, event.answers, "Not now.") for ask in self._asked)
-        return event.change(replace(facts, answers=(*self._read, *told)))
+        ended = (Answer(ask.name, ask.at, event.answers, "Not now.") for ask in self._asked)
+        return event.change(replace(facts, answers=(*self._read, *ended)))
 
     def tick(self, now: float, event: Event) -> None:
         """Run one tick with the facts of an event."""
