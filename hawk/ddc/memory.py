@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
@@ -30,6 +30,7 @@ from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
 from hawk.ddc.states import base, explore, ground, hover, moves, path_home, rtl_and_land
 from hawk.model import operation, plans, poses, vehicle
+from hawk.store.frame_codec import field_names
 
 FORMAT: Final = 1
 """Number of the memory's form. It grows when a class of the decider remembers other things than before."""
@@ -76,7 +77,7 @@ def restore(memory: Mapping[str, Any], settings: DdcSettings, tokens: KillTokens
 
 def is_same(first: Mapping[str, Any], second: Mapping[str, Any]) -> bool:
     """Return whether two memories are equal. An older one names the modules of its classes, which say nothing."""
-    return bool(_without_modules(first) == _without_modules(second))
+    return first == second or bool(_without_modules(first) == _without_modules(second))
 
 
 def _without_modules(coded: _Coded) -> _Coded:
@@ -152,8 +153,9 @@ class _Writer:
         return kind.__name__
 
     def _attributes(self, value: Any) -> dict[str, _Coded]:
-        names = [item.name for item in fields(value)] if is_dataclass(value) else list(vars(value))
-        caches = _CACHES.get(type(value), frozenset())
+        kind = type(value)
+        names = field_names(cast("Hashable", kind)) if is_dataclass(kind) else tuple(vars(value))
+        caches = _CACHES.get(kind, frozenset())
         return {name: None if name in caches else self.write(getattr(value, name)) for name in names}
 
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from typing import Any
 
 from pydantic import BaseModel
@@ -21,6 +21,7 @@ from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.decider import Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause
+from hawk.store.frame_codec import field_names
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -98,7 +99,7 @@ class Recorder:
         whole = self._last is None or self._count % WHOLE_EVERY == 0
         last, self._last = self._last, facts
         self._count += 1
-        values = {item.name: getattr(facts, item.name) for item in fields(facts)}
+        values = {name: getattr(facts, name) for name in field_names(Facts)}
         return values if whole else {name: value for name, value in values.items() if value != getattr(last, name)}
 
 
@@ -114,7 +115,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, BaseModel):
         return value.model_dump(by_alias=True)
     if is_dataclass(value) and not isinstance(value, type):
-        return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
+        return {name: _plain(getattr(value, name)) for name in field_names(type(value))}
     if isinstance(value, tuple):
         return [_plain(each) for each in value]
     return value

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, fields, replace
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_type_hints
 
-from pydantic import TypeAdapter, ValidationError
+from pydantic import BaseModel, TypeAdapter, ValidationError, create_model
 
 from hawk.comm.protocol.commands import BadMessageError, Command, Kill, parse_command
 from hawk.comm.protocol.heartbeat import ClientId
@@ -24,7 +25,7 @@ from hawk.ddc.orders import Cause
 from hawk.ddc.recorder import COMMAND, DECISION, LEAVE, MEMORY, TICK, plain
 from hawk.ddc.rules.kill import KillTokens
 from hawk.ddc.settings import DdcSettings
-from hawk.store.frame_codec import to_json
+from hawk.store.frame_codec import field_names, to_json
 from hawk.store.replay import NO_END, is_whole, read_metadata, read_recording
 
 NO_MEMORY: Final = "the recording holds no memory of the decider: a version before that kept none"
@@ -99,16 +100,20 @@ def moments(records: Iterable[tuple[str, Mapping[str, Any]]], *, is_whole: bool 
         ReplayError: A record that this version cannot read.
     """
     known: dict[str, Any] = {}
+    changed: dict[str, Any] = {}
     memory: Mapping[str, Any] | None = None
     open_: Moment | None = None
     for kind, payload in records:
         if kind in (TICK, COMMAND, LEAVE):
-            known |= _facts_in(kind, payload)
-            if len(known) < len(fields(Facts)):
+            changed |= _facts_in(kind, payload)
+            if not known and len(changed) < len(field_names(Facts)):
                 continue
             if open_ is not None:
                 yield open_
-            open_, memory = replace(_moment(kind, payload, known), memory=memory), None
+            with _another_version(kind):
+                known |= _read(changed)
+                open_, memory = replace(_moment(kind, payload, Facts(**known)), memory=memory), None
+            changed = {}
         elif kind == MEMORY:
             memory = payload
         elif kind == DECISION and open_ is not None:
@@ -126,23 +131,37 @@ def _facts_in(kind: str, payload: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 @cache
-def _facts() -> TypeAdapter[Facts]:
-    return TypeAdapter(Facts)
+def _fields() -> type[BaseModel]:
+    kinds = get_type_hints(Facts)
+    definitions: dict[str, Any] = {name: (kinds[name], None) for name in field_names(Facts)}
+    model: type[BaseModel] = create_model("Facts", **definitions)
+    return model
 
 
-def _moment(kind: str, payload: Mapping[str, Any], known: Mapping[str, Any]) -> Moment:
+def _read(changed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return recorded fields of `Facts` as it holds them: those alone that changed, since the others cost as much."""
+    read = _fields().model_validate(changed)
+    return {name: getattr(read, name) for name in read.model_fields_set}
+
+
+@contextmanager
+def _another_version(kind: str) -> Iterator[None]:
     try:
-        facts, number = _facts().validate_python(known), int(payload["number"])
-        if kind == TICK:
-            return Moment(facts, number)
-        if kind == LEAVE:
-            return Moment(facts, number, cause=TypeAdapter(Cause).validate_python(payload["cause"]))
-        content = {name: value for name, value in payload.items() if name not in _OURS}
-        if content["Type"] == Kill.model_fields["type"].default:
-            content["Token"] = "never recorded: this stands for it"  # noqa: S105
-        return Moment(facts, number, payload["client"], parse_command(json.dumps(content)))
+        yield
     except (ValidationError, BadMessageError, LookupError, TypeError, ValueError, OverflowError) as error:
         raise ReplayError(f"a record of {kind} is of another version, or damaged: {error}") from error
+
+
+def _moment(kind: str, payload: Mapping[str, Any], facts: Facts) -> Moment:
+    number = int(payload["number"])
+    if kind == TICK:
+        return Moment(facts, number)
+    if kind == LEAVE:
+        return Moment(facts, number, cause=TypeAdapter(Cause).validate_python(payload["cause"]))
+    content = {name: value for name, value in payload.items() if name not in _OURS}
+    if content["Type"] == Kill.model_fields["type"].default:
+        content["Token"] = "never recorded: this stands for it"  # noqa: S105
+    return Moment(facts, number, payload["client"], parse_command(json.dumps(content)))
 
 
 class _RecordedTokens(KillTokens):

@@ -37,7 +37,7 @@ def parts_of(frame: Any) -> tuple[dict[str, Any], bytes]:
     """Return a frame's fields without its picture, and the picture. Raises TypeError for what is no frame."""
     if not is_dataclass(frame) or isinstance(frame, type) or not isinstance(getattr(frame, _PICTURE, None), bytes):
         raise TypeError(f"{type(frame).__name__} is no dataclass with a {_PICTURE} field of bytes")
-    values = {item.name: getattr(frame, item.name) for item in fields(frame) if item.name != _PICTURE}
+    values = {name: getattr(frame, name) for name in field_names(type(frame)) if name != _PICTURE}
     return values, getattr(frame, _PICTURE)
 
 
@@ -103,10 +103,16 @@ def to_json(payload: Any) -> str:
         return _FINITE.dump_json(json.loads(json.dumps(payload, default=to_plain))).decode()
 
 
+@cache
+def field_names(kind: Any) -> tuple[str, ...]:
+    """Return the names of a dataclass's fields in their order: found once, a recording needs them for each value."""
+    return tuple(item.name for item in fields(kind))
+
+
 def to_plain(value: Any) -> Any:
     """Return what JSON can hold of a dataclass, array scalar, set or path; for ``json.dumps(default=...)``."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {item.name: getattr(value, item.name) for item in fields(value)}
+        return {name: getattr(value, name) for name in field_names(type(value))}
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, bytes):

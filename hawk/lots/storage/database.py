@@ -15,6 +15,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, cast
 from urllib.parse import quote
@@ -341,8 +342,9 @@ def _check_schema(path: Path, opened: sqlite3.Connection, version: int, remedy: 
         raise LotStoreError(f"{path} is damaged, or not made by this program: {words}. {remedy}")
 
 
+@cache
 def fresh_schema(version: int) -> Schema:
-    """Return the schema of a fresh store of a version."""
+    """Return the schema of a fresh store of a version; all its migrations make it, once."""
     engine = create_engine("sqlite://", creator=lambda: sqlite3.connect(":memory:", isolation_level=None))
     try:
         with engine.begin() as connection:

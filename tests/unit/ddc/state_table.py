@@ -5,10 +5,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from copy import deepcopy
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal, Self, cast
 
 from hawk.comm.autopilot.terrain import Terrain
 from hawk.comm.protocol.commands import Ack, Command, Kill, KillToken
@@ -104,10 +106,19 @@ class Program:
         self._column = column
         self._decider = Decider(SETTINGS, KillTokens(), BEGAN - SETTLED_S)
         self._asked: list[Ask] = []
+        """Requests that the event answers."""
+        self._read: list[Answer] = []
+        """Answers to the reads of parameters, which come at any time."""
         self._desired: DesiredPose | None = None
         for tick in range(round(SETTLED_S / TICK_S)):
             self.tick(BEGAN - SETTLED_S + TICK_S * tick, Event("", "", found if tick == 0 else _as_it_is))
         self._keep(follow(self._decider, column.facts(BEGAN), column.transition).acts)
+
+    @classmethod
+    def begun(cls, column: Column) -> Self:
+        """Return a copy of a program that settled and began this state: it does so once."""
+        made: Self = _begun(cast("Hashable", cls), column)
+        return deepcopy(made, {id(each): each for each in (SETTINGS, column, *made._asked, *made._read)})
 
     @property
     def state(self) -> StateName:
@@ -117,7 +128,8 @@ class Program:
     def facts(self, now: float, event: Event) -> Facts:
         """Return the facts of an event."""
         facts = _judged(self._column.facts(now), self._desired)
-        return event.change(replace(facts, answers=tuple(_answer(ask, event) for ask in self._asked)))
+        ended = (Answer(ask.name, ask.at, event.answers, "Not now.") for ask in self._asked)
+        return event.change(replace(facts, answers=(*self._read, *ended)))
 
     def tick(self, now: float, event: Event) -> None:
         """Run one tick with the facts of an event."""
@@ -130,10 +142,19 @@ class Program:
         return decision
 
     def _keep(self, acts: Acts) -> None:
-        self._asked += [act for act in acts if isinstance(act, Ask)]
         for act in acts:
-            if isinstance(act, Desire):
-                self._desired = act.pose
+            match act:
+                case Ask(ReadParameter(name)):
+                    self._read.append(_parameter(act, name))
+                case Ask():
+                    self._asked.append(act)
+                case Desire():
+                    self._desired = act.pose
+
+
+@cache
+def _begun(kind: Any, column: Column) -> Any:
+    return kind(column)
 
 
 def _judged(facts: Facts, desired: DesiredPose | None) -> Facts:
@@ -146,15 +167,11 @@ def _judged(facts: Facts, desired: DesiredPose | None) -> Facts:
     return replace(facts, sight=sight)
 
 
-def _answer(ask: Ask, event: Event) -> Answer:
-    """Return the answer to a request. Parameters are read at any time, and are safe."""
-    match ask.request:
-        case ReadParameter(name) if name in SAFE_PARAMETERS:
-            return Answer(ask.name, ask.at, "done", value=SAFE_PARAMETERS[name])
-        case ReadParameter(name):
-            return Answer(ask.name, ask.at, "failed", f"{name}: no answer")
-        case _:
-            return Answer(ask.name, ask.at, event.answers, "Not now.")
+def _parameter(ask: Ask, name: str) -> Answer:
+    """Return the answer to a read: all parameters that the autopilot has are safe."""
+    if name in SAFE_PARAMETERS:
+        return Answer(ask.name, ask.at, "done", value=SAFE_PARAMETERS[name])
+    return Answer(ask.name, ask.at, "failed", f"{name}: no answer")
 
 
 S = StateName
@@ -312,7 +329,7 @@ EVENTS: tuple[Event, ...] = (
 
 def outcome(column: Column, event: Event) -> str:
     """Return the result of an event in a state: a state, "stays", or the refusal of a command in its own words."""
-    program = Program(column)
+    program = Program.begun(column)
     answer = _refusal(program, event)
     if answer:
         return f"refused: {answer}"

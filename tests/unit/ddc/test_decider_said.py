@@ -22,7 +22,7 @@ from hawk.ddc.rules.judge import options
 from hawk.ddc.rules.needs import Interlocks, Situation
 from hawk.ddc.rules.preflight import preflight_items
 from hawk.ddc.states.factory import make_state
-from hawk.model.operation import Fall, Health
+from hawk.model.operation import Fall, Health, StateName
 from hawk.model.poses import GlobalPose
 from hawk.model.sentences import Sentence, parts_of, say
 from hawk.model.vehicle import BatteryInfo, Diagnostics
@@ -65,9 +65,12 @@ class Reports(Program):
                     self.said.append(act.text)
 
     def look(self, facts: Facts) -> None:
-        """Keep what the state says of itself, and why commands are not possible."""
+        """Keep what the state says of itself."""
         state = self._decider.state
         self.said += [state.detail(facts), state.hold_refusal(facts)]
+
+    def look_at_commands(self, facts: Facts) -> None:
+        """Keep why commands are not possible."""
         self.said += [option.reason for option in options(self._decider.situation(facts))]
 
 
@@ -82,14 +85,20 @@ def test_every_message_and_refusal_of_a_state_is_a_sentence(column: Column) -> N
 
 
 def _reported(column: Column, event: Event) -> list[str]:
-    program = Reports(column)
+    program = Reports.begun(column)
     if event.command is not None:
         answer = program.command(event, event.command).answer
         program.said += [answer.reason] if isinstance(answer, Ack) else []
+    looked_at: StateName | None = None
     for moment in event.steps:
         program.tick(moment, event)
-        program.look(program.facts(moment, event))
+        facts = program.facts(moment, event)
+        program.look(facts)
+        if program.state is not looked_at or moment == event.steps[-1]:
+            looked_at = program.state
+            program.look_at_commands(facts)
     program.look(program.facts(LATER, event))
+    program.look_at_commands(program.facts(LATER, event))
     return program.said
 
 

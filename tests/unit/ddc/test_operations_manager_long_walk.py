@@ -192,11 +192,11 @@ class Walk(Flight):
             self._look(fed=self.rig.manager.ticks > progress, failed=self.raised > raised)
 
     def _look(self, fed: bool, failed: bool) -> None:
-        manager = self.rig.manager
-        facts, state = manager.situation().facts, manager.state
+        situation = self.rig.manager.situation()
+        facts, state = situation.facts, situation.state
         if failed and facts.is_airborne:
             self._must(not fed, "a failed tick in the air fed the watchdog")
-        if not facts.link.is_up or manager.situation().interlocks.kill_state == "sending":
+        if not facts.link.is_up or situation.interlocks.kill_state == "sending":
             return
         if state.needs_operator and not failed:
             self._must(facts.operator.is_present, "it waits for an operator who is lost")

@@ -6,6 +6,7 @@ import shutil
 import sqlite3
 import sys
 from contextlib import closing
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 
@@ -77,6 +78,13 @@ class Kept:
             (folder / "journal" / name / "000001.log").write_text(f"journal of {name}")
         (folder / f"{FILE}.version-3").write_bytes((folder / FILE).read_bytes())
 
+    def copied(self, folder: Path) -> Kept:
+        """Return a copy of everything in another folder."""
+        shutil.copytree(self.folder, folder, dirs_exist_ok=True)
+        other = copy(self)
+        other.folder, other.settings = folder, StoreSettings(directory=folder)
+        return other
+
     def record(self, name: str, of: str) -> None:
         content = io.BytesIO()
         writer = Writer(content)
@@ -115,9 +123,14 @@ class Kept:
         return found
 
 
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Kept:
+    return Kept(tmp_path_factory.mktemp("kept"))
+
+
 @pytest.fixture
-def kept(tmp_path: Path) -> Kept:
-    return Kept(tmp_path)
+def kept(first: Kept, tmp_path: Path) -> Kept:
+    return first.copied(tmp_path)
 
 
 @pytest.mark.slow

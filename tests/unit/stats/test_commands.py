@@ -3,6 +3,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -23,13 +24,19 @@ from tests.unit.stats.test_panel import later, register, seen
 Run = Callable[..., tuple[int, str, str]]
 
 
-@pytest.fixture
-def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
-    store = Database(tmp_path / "lots.db")
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    store = Database(tmp_path_factory.mktemp("made") / "lots.db")
     with store.writing() as connection:
         for number in (1, 2, 3):
             save(connection, later(seen({}), number) if number > 1 else seen({}), register)
     store.close()
+    return store.path
+
+
+@pytest.fixture
+def run(made: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Run:
+    shutil.copy(made, tmp_path)
 
     def command(*options: str) -> tuple[int, str, str]:
         zone = () if "--time-zone" in options else ("--time-zone", "UTC")

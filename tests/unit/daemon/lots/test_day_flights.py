@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import AsyncIterator, Mapping
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -19,6 +20,7 @@ from hawk.daemon.lots.schedule import Timetable
 from hawk.lots import commands, known_lot, names
 from hawk.lots.documents.lot_document import LotDue
 from hawk.lots.ingest import save
+from hawk.lots.storage.database import Database
 from hawk.lots.storage.schema import STALL
 from hawk.lots.store import LotStore
 from hawk.model.day_plan import DayPlanError, Forecast, WeatherHour
@@ -61,14 +63,23 @@ class Day:
         return self.drone
 
 
-@pytest.fixture
-async def day(tmp_path: Path) -> AsyncIterator[Day]:
-    store = LotStore(tmp_path / "lots.db")
-    await store.write(partial(save, survey=survey()))
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    store = Database(tmp_path_factory.mktemp("day") / "lots.db")
     away = replace(later(survey(stalls=20), 4, hours=0.0), datum=FAR, outline=box(-5, -3, 9, 54, FAR))
-    near = await store.write(partial(save, survey=replace(away, seen_ground=box(-13, -15, 27, 78, FAR))))
-    new = {"lot": None, "name": "Lot 2"}
-    await store.write(lambda connection: commands.move(connection, near.survey, new, "Ann", BEGAN, None))
+    with store.writing() as connection:
+        save(connection, survey())
+    with store.writing() as connection:
+        near = save(connection, replace(away, seen_ground=box(-13, -15, 27, 78, FAR)))
+    with store.writing() as connection:
+        commands.move(connection, near.survey, {"lot": None, "name": "Lot 2"}, "Ann", BEGAN, None)
+    store.close()
+    return store.path
+
+
+@pytest.fixture
+async def day(made: Path, tmp_path: Path) -> AsyncIterator[Day]:
+    store = LotStore(Path(shutil.copy(made, tmp_path)))
     yield Day(store)
     await store.close()
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,10 +19,19 @@ from tests.unit.lots.surveys import A_ROW
 SOON = settings(max_examples=examples(6), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-@pytest.fixture
-def archive(tmp_path: Path) -> Iterator[Archive]:
-    made = Archive(tmp_path / "lots.db")
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Archive:
+    """One survey; its store is closed."""
+    made = Archive(tmp_path_factory.mktemp("first") / "lots.db")
     made.add(flown(1))
+    made.store.close()
+    return made
+
+
+@pytest.fixture
+def archive(first: Archive, tmp_path: Path) -> Iterator[Archive]:
+    made = Archive(Path(shutil.copy(first.store.path, tmp_path)))
+    made.lot = first.lot
     yield made
     made.store.close()
 

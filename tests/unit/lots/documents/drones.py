@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -56,6 +57,10 @@ class Drone:
     @classmethod
     def at(cls, path: Path) -> Drone:
         return cls(Database(path, FAST))
+
+    def copied(self, folder: Path) -> Drone:
+        """Return a copy of a drone whose store is closed."""
+        return replace(self, store=Database(Path(shutil.copy(self.store.path, folder)), FAST), sent=[*self.sent])
 
     def add(self, given: FinishedSurvey) -> Saved:
         with self.store.writing() as connection:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,16 @@ class Place:
         self.lot = lot_of(self.drone)
         self.meet()
 
+    def copied(self, folder: Path) -> Place:
+        """Return a copy; the stores must be closed."""
+        made = copy(self)
+        made.drone, made.other, made.desk = (each.copied(folder) for each in (self.drone, self.other, self.desk))
+        return made
+
+    def close(self) -> None:
+        for each in (self.drone, self.other, self.desk):
+            each.store.close()
+
     def meet(self) -> None:
         for _ in range(2):
             meet(self.drone, self.desk.store)
@@ -40,12 +51,18 @@ class Place:
         return {plan(each.store, self.lot) for each in (self.drone, self.other, self.desk)}
 
 
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Place:
+    made = Place(tmp_path_factory.mktemp("place"))
+    made.close()
+    return made
+
+
 @pytest.fixture
-def place(tmp_path: Path) -> Iterator[Place]:
-    made = Place(tmp_path)
+def place(first: Place, tmp_path: Path) -> Iterator[Place]:
+    made = first.copied(tmp_path)
     yield made
-    for each in (made.drone, made.other, made.desk):
-        each.store.close()
+    made.close()
 
 
 def test_stalls_that_another_drones_operator_added_are_taken_and_everybody_has_them(place: Place) -> None:

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from copy import copy
 from pathlib import Path
 
 import pytest
@@ -32,6 +33,17 @@ class Apart:
         self.kept, self.other = (str(each) for each in made)
         self.drones[NAMES[1]].add(later(survey(seed=3, stalls=60), 3, 24.0))
 
+    def copied(self, folder: Path) -> Apart:
+        """Return a copy; the stores must be closed."""
+        other = copy(self)
+        other.drones = {name: drone.copied(folder) for name, drone in self.drones.items()}
+        other.desk = self.desk.copied(folder)
+        return other
+
+    def close(self) -> None:
+        for each in (*self.drones.values(), self.desk):
+            each.store.close()
+
     def meet(self) -> None:
         for _ in range(2):
             for name, drone in self.drones.items():
@@ -42,12 +54,35 @@ class Apart:
             return queries.proposed(connection, lot).same
 
 
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Apart:
+    found = Apart(tmp_path_factory.mktemp("apart"))
+    found.close()
+    return found
+
+
+@pytest.fixture(scope="module")
+def introduced(made: Apart, tmp_path_factory: pytest.TempPathFactory) -> Apart:
+    found = made.copied(tmp_path_factory.mktemp("met"))
+    found.meet()
+    found.close()
+    return found
+
+
 @pytest.fixture
-def apart(tmp_path: Path) -> Iterator[Apart]:
-    made = Apart(tmp_path)
-    yield made
-    for each in (*made.drones.values(), made.desk):
-        each.store.close()
+def apart(made: Apart, tmp_path: Path) -> Iterator[Apart]:
+    """Two drones that have not met the desk yet."""
+    found = made.copied(tmp_path)
+    yield found
+    found.close()
+
+
+@pytest.fixture
+def met(introduced: Apart, tmp_path: Path) -> Iterator[Apart]:
+    """Two drones and a desk that have met."""
+    found = introduced.copied(tmp_path)
+    yield found
+    found.close()
 
 
 def surveys(store: Database) -> list[tuple[str, str, int]]:
@@ -60,49 +95,45 @@ def surveys(store: Database) -> list[tuple[str, str, int]]:
         return found
 
 
-def test_two_lots_made_apart_over_the_same_ground_are_proposed_as_one(apart: Apart) -> None:
-    apart.meet()
-    (same,) = apart.same(apart.kept)
-    assert same.lot == apart.other
+def test_two_lots_made_apart_over_the_same_ground_are_proposed_as_one(met: Apart) -> None:
+    (same,) = met.same(met.kept)
+    assert same.lot == met.other
     assert same.share == pytest.approx(1.0, abs=0.05)
-    assert [each.lot for each in apart.same(apart.other)] == [apart.kept]
+    assert [each.lot for each in met.same(met.other)] == [met.kept]
 
 
-def test_a_merge_registers_the_surveys_of_both_and_every_drone_flies_the_one_lot_on(apart: Apart) -> None:
-    apart.meet()
-    done = apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
-    assert surveys(apart.desk.store) == [(apart.kept, "first", 60), *[(apart.kept, "registered", 60)] * 2]
-    assert apart.same(apart.kept) == []
-    apart.meet()
-    second = apart.drones[NAMES[1]]
-    assert surveys(second.store) == [(apart.kept, "registered", 60)] * 2
-    for number, (name, drone) in enumerate(apart.drones.items(), 4):
+def test_a_merge_registers_the_surveys_of_both_and_every_drone_flies_the_one_lot_on(met: Apart) -> None:
+    done = met.desk.do(commands.merge, met.kept, met.other, WHO, NOW + 100, find_stalls)
+    assert surveys(met.desk.store) == [(met.kept, "first", 60), *[(met.kept, "registered", 60)] * 2]
+    assert met.same(met.kept) == []
+    met.meet()
+    second = met.drones[NAMES[1]]
+    assert surveys(second.store) == [(met.kept, "registered", 60)] * 2
+    for number, (name, drone) in enumerate(met.drones.items(), 4):
         saved = drone.add(later(survey(seed=number, stalls=60), number, 24.0 * number))
-        assert (saved.lot, saved.placed) == (apart.kept, "registered"), name
-    apart.meet()
-    assert [each[0] for each in surveys(apart.desk.store)] == [apart.kept] * 5
-    with apart.desk.store.reading() as connection:
-        into = connection.execute(select(LOT.c.merged_into).where(LOT.c.id == apart.other)).scalar_one()
-    assert into == apart.kept
+        assert (saved.lot, saved.placed) == (met.kept, "registered"), name
+    met.meet()
+    assert [each[0] for each in surveys(met.desk.store)] == [met.kept] * 5
+    with met.desk.store.reading() as connection:
+        into = connection.execute(select(LOT.c.merged_into).where(LOT.c.id == met.other)).scalar_one()
+    assert into == met.kept
     assert done.kind == "merge"
 
 
-def test_a_merge_with_its_surveys_is_undone_once(apart: Apart) -> None:
-    apart.meet()
-    before = surveys(apart.desk.store)
-    done = apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
-    apart.desk.do(commands.undo, done.seq, NOW + 200)
-    assert surveys(apart.desk.store) == before
+def test_a_merge_with_its_surveys_is_undone_once(met: Apart) -> None:
+    before = surveys(met.desk.store)
+    done = met.desk.do(commands.merge, met.kept, met.other, WHO, NOW + 100, find_stalls)
+    met.desk.do(commands.undo, done.seq, NOW + 200)
+    assert surveys(met.desk.store) == before
 
 
-def test_a_drone_without_a_link_sends_surveys_of_the_lot_that_became_part_of_another_one(apart: Apart) -> None:
-    apart.meet()
-    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
-    saved = apart.drones[NAMES[1]].add(later(survey(seed=7, stalls=60), 7, 96.0))
-    assert saved.lot == apart.other, "it does not know yet"
-    apart.meet()
-    assert surveys(apart.desk.store)[-1] == (apart.kept, "registered", 60)
-    assert surveys(apart.drones[NAMES[1]].store)[-1] == (apart.kept, "registered", 60)
+def test_a_drone_without_a_link_sends_surveys_of_the_lot_that_became_part_of_another_one(met: Apart) -> None:
+    met.desk.do(commands.merge, met.kept, met.other, WHO, NOW + 100, find_stalls)
+    saved = met.drones[NAMES[1]].add(later(survey(seed=7, stalls=60), 7, 96.0))
+    assert saved.lot == met.other, "it does not know yet"
+    met.meet()
+    assert surveys(met.desk.store)[-1] == (met.kept, "registered", 60)
+    assert surveys(met.drones[NAMES[1]].store)[-1] == (met.kept, "registered", 60)
 
 
 def test_a_merge_finds_the_place_of_a_survey_that_had_none_in_its_own_lot(apart: Apart) -> None:
@@ -116,21 +147,19 @@ def test_a_merge_finds_the_place_of_a_survey_that_had_none_in_its_own_lot(apart:
     assert surveys(second.store)[-1] == (apart.kept, "registered", 60)
 
 
-def test_surveys_of_a_lot_that_is_not_certainly_the_other_one_find_their_places_by_themselves(apart: Apart) -> None:
-    apart.meet()
-    apart.desk.edit(apart.other, {"do": "remove", "row": "A"})
-    apart.desk.edit(apart.other, {"do": "remove", "row": "B"})
-    apart.desk.edit(apart.other, {"do": "remove", "row": "C"})
-    assert apart.desk.do(move_onto, apart.kept, apart.other, find_stalls) is None
-    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, find_stalls)
-    assert surveys(apart.desk.store)[1:] == [(apart.kept, "registered", 60)] * 2
+def test_surveys_of_a_lot_that_is_not_certainly_the_other_one_find_their_places_by_themselves(met: Apart) -> None:
+    met.desk.edit(met.other, {"do": "remove", "row": "A"})
+    met.desk.edit(met.other, {"do": "remove", "row": "B"})
+    met.desk.edit(met.other, {"do": "remove", "row": "C"})
+    assert met.desk.do(move_onto, met.kept, met.other, find_stalls) is None
+    met.desk.do(commands.merge, met.kept, met.other, WHO, NOW + 100, find_stalls)
+    assert surveys(met.desk.store)[1:] == [(met.kept, "registered", 60)] * 2
 
 
-def test_surveys_whose_places_are_not_certain_wait_with_their_doubts(apart: Apart) -> None:
-    apart.meet()
+def test_surveys_whose_places_are_not_certain_wait_with_their_doubts(met: Apart) -> None:
     doubtful = Doubtful("too few stalls")
-    apart.desk.do(commands.merge, apart.kept, apart.other, WHO, NOW + 100, lambda *_: doubtful)
-    assert surveys(apart.desk.store)[1:] == [(apart.kept, "unregistered", 0)] * 2
-    with apart.desk.store.reading() as connection:
+    met.desk.do(commands.merge, met.kept, met.other, WHO, NOW + 100, lambda *_: doubtful)
+    assert surveys(met.desk.store)[1:] == [(met.kept, "unregistered", 0)] * 2
+    with met.desk.store.reading() as connection:
         doubts = connection.execute(select(SURVEY.c.doubt).where(SURVEY.c.placed == "unregistered")).scalars()
         assert all("too few stalls" in each for each in doubts)

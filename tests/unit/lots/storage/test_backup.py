@@ -4,7 +4,9 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import pytest
 from sqlalchemy import select
@@ -59,10 +61,19 @@ def read(path: Path) -> list[str]:
         opened.close()
 
 
+@cache
+def _bytes_of(*numbers: int) -> bytes:
+    """Return the file of a store of these surveys."""
+    with TemporaryDirectory() as folder:
+        opened = Database(path := Path(folder) / "lots.db")
+        add(opened, *numbers)
+        opened.close()
+        assert [each.name for each in path.parent.iterdir()] == ["lots.db"]  # nothing waits in a WAL
+        return path.read_bytes()
+
+
 def made(path: Path, *numbers: int) -> Path:
-    opened = Database(path)
-    add(opened, *numbers)
-    opened.close()
+    path.write_bytes(_bytes_of(*numbers))
     return path
 
 

@@ -258,6 +258,20 @@ def columns(table: Table) -> str:
     return ", ".join(each.name for each in table.c if each.name not in ("seq", "id", "origin"))
 
 
+@pytest.fixture(scope="module")
+def three(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The file of a store with three surveys of a lot, and another lot."""
+    with closing(Database(tmp_path_factory.mktemp("three") / "lots.db", FAST)) as store:
+        with store.writing() as connection:
+            for number in (1, 2):
+                save(connection, later(survey(seed=number), number, 24.0 * number), by_place)
+            save(connection, photographed(3, 2.0, stalls=0), by_place)
+            connection.exec_driver_sql("UPDATE survey SET lot = (SELECT lot FROM survey WHERE seq = 2) WHERE seq = 3")
+            connection.exec_driver_sql(f"INSERT INTO lot SELECT 'other', {columns(LOT)} FROM lot")  # noqa: S608
+        check_kept(store, is_whole=True)
+    return store.path
+
+
 @pytest.mark.parametrize(
     "change",
     [
@@ -272,23 +286,19 @@ def columns(table: Table) -> str:
         "INSERT INTO document VALUES (2, 'Drone 2', 1, '', '', '[]', 0)",
     ],
 )
-def test_each_statement_that_changes_what_it_follows_from_makes_a_row_again(store: Database, change: str) -> None:
+def test_each_statement_that_changes_what_it_follows_from_makes_a_row_again(
+    three: Path, tmp_path: Path, change: str
+) -> None:
     """Alone in its transaction: no other change of an operation can stand in for it."""
-    with store.writing() as connection:
-        for number in (1, 2):
-            save(connection, later(survey(seed=number), number, 24.0 * number), by_place)
-        save(connection, photographed(3, 2.0, stalls=0), by_place)
-        connection.exec_driver_sql("UPDATE survey SET lot = (SELECT lot FROM survey WHERE seq = 2) WHERE seq = 3")
-        connection.exec_driver_sql(f"INSERT INTO lot SELECT 'other', {columns(LOT)} FROM lot")  # noqa: S608
-    check_kept(store, is_whole=True)
-    with store.reading() as connection:
-        before = connection.execute(select(LAST_SURVEY).order_by(LAST_SURVEY.c.lot)).all()
-    with store.writing() as connection:
-        connection.exec_driver_sql(change.format(columns=columns(SURVEY)))
-        assert connection.execute(select(LAST_SURVEY.c.stalls)).scalars().all().count(None) in (1, 2)
-    check_kept(store, is_whole=True)
-    with store.reading() as connection:
-        assert connection.execute(select(LAST_SURVEY).order_by(LAST_SURVEY.c.lot)).all() != before
+    with closing(Database(Path(shutil.copy(three, tmp_path)), FAST)) as store:
+        with store.reading() as connection:
+            before = connection.execute(select(LAST_SURVEY).order_by(LAST_SURVEY.c.lot)).all()
+        with store.writing() as connection:
+            connection.exec_driver_sql(change.format(columns=columns(SURVEY)))
+            assert connection.execute(select(LAST_SURVEY.c.stalls)).scalars().all().count(None) in (1, 2)
+        check_kept(store, is_whole=True)
+        with store.reading() as connection:
+            assert connection.execute(select(LAST_SURVEY).order_by(LAST_SURVEY.c.lot)).all() != before
 
 
 def test_a_picture_that_is_to_come_is_the_newest_once_its_time_has_been(tmp_path: Path) -> None:
@@ -360,15 +370,22 @@ def spoiled(path: Path, change: str) -> Database:
     return Database(path, FAST)
 
 
-@pytest.fixture
-def two(store: Database) -> Database:
-    """A store with two surveys of its first lot, and one survey of another lot."""
-    with store.writing() as connection:
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    with closing(Database(tmp_path_factory.mktemp("two") / "lots.db", FAST)) as store, store.writing() as connection:
         for number in (1, 2):
             save(connection, later(survey(seed=number), number, 24.0 * number), by_place)
         away = save(connection, later(survey(seed=3), 3, 72.0), by_place).survey
         commands.move(connection, away, {"lot": None, "name": "East"}, WHO, BEGAN, by_place)
-    return store
+    return store.path
+
+
+@pytest.fixture
+def two(made: Path, tmp_path: Path) -> Iterator[Database]:
+    """A store with two surveys of its first lot, and one survey of another lot."""
+    opened = Database(Path(shutil.copy(made, tmp_path)), FAST)
+    yield opened
+    opened.close()
 
 
 def by_name(store: Database) -> dict[str, str]:
