@@ -339,8 +339,8 @@ def _say(folder: Path, outcome: SurveyOutcome, values: dict[str, Any]) -> None:
         print(", ".join(f"{key} {values[key]:.3f}" for key in keys) + f", excursions {values.get('excursions')}")
     if values.get("run_is_valid") is False:
         print(
-            f"VOID: {values['late_frames']:.0%} of the simulator's pictures came late or not at all, at most "
-            f"{LATE_FRAMES_LIMIT:.0%} may: this computer is too busy for --speed; the figures above count for nothing.",
+            f"VOID: {values['late_frames']:.2%} of the simulator's pictures came late or not at all, at most "
+            f"{LATE_FRAMES_LIMIT:.2%} may: this computer is too busy for --speed; the figures above count for nothing.",
             file=sys.stderr,
         )
 

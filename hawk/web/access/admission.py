@@ -60,7 +60,7 @@ LOGIN_COOKIE: Final = "login"
 PAGE: Final = "/"
 BEARER: Final = 'Bearer realm="hawk"'
 LOG_IN_FIRST: Final = (
-    "This drone asks for a token: log in on its page, or send the header Authorization: Bearer TOKEN. "
+    "A token is needed: log in on the page, or send the header Authorization: Bearer TOKEN. "
     "hawk-drone tokens rotate operator makes a new one."
 )
 _RANK: Final = {Role.VIEWER: 0, Role.OPERATOR: 1}

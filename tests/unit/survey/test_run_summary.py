@@ -32,10 +32,10 @@ DONE = SurveyOutcome(SurveyStatus.DONE, "The whole lot was seen.", True, True, 1
 
 
 def test_a_run_with_late_pictures_says_that_its_figures_count_for_nothing(capsys: pytest.CaptureFixture[str]) -> None:
-    _say(Path("out"), DONE, {**COUNTS, **SCORE, "late_frames": 0.21, "run_is_valid": False})
+    _say(Path("out"), DONE, {**COUNTS, **SCORE, "late_frames": 0.0104, "run_is_valid": False})
     printed = capsys.readouterr()
     assert "stall_f1 1.000" in printed.out
-    assert printed.err.startswith("VOID: 21% of the simulator's pictures")
+    assert printed.err.startswith("VOID: 1.04% of the simulator's pictures")
 
 
 @pytest.mark.parametrize("values", [{"late_frames": 0.005, "run_is_valid": True}, {}])

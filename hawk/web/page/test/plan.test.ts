@@ -115,7 +115,7 @@ describe("the lot's frame on the map", () => {
   const DATUM: Datum = [48.001, 11.002];
   const MAP = new LocalPlane({ Latitude: 48, Longitude: 11 });
 
-  // the numbers are those of hawk.lots.frames.frame_of
+  // the numbers are those of hawk.lots.registration.frames.frame_of
   it("lies by its datum where the map is of another flight", () => {
     const { toMap, by } = lotFrame(DATUM, [{ datum: [48.5, 11], place: { north: 1, east: 2, turn: 0 } }], MAP);
     assert.equal(by, "gnss");
