@@ -93,6 +93,12 @@ READABLE = """() => {
   return isSeen(top + 2) && isSeen(bottom - 2) ? [] : ["the failed check cannot be read"];
 }"""
 
+TOOLS = """() => [...document.querySelectorAll(".map .tools button")].filter((each) => {
+  const { left, top, width, height } = each.getBoundingClientRect();
+  const hit = document.elementFromPoint(left + width / 2, top + height / 2);
+  return width > 0 && !each.contains(hit) && hit?.closest(".map");
+}).map((each) => `${each.ariaLabel || each.title}: the map covers its own tool`)"""
+
 
 async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     browser: Browser, fake: Any, screenshots: Path
@@ -100,6 +106,13 @@ async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     page = await new_page(browser, viewport={"width": 1440, "height": 900})
     _, ground = await fake("ground")
     await page.goto(ground)
+    await page.set_viewport_size({"width": 390, "height": 844})
+    await expect(page.locator(".toast.warning")).to_be_visible()  # a notice lies beside the tools
+    for width, height in (*GROUND_SIZES, (360, 740), (390, 844), (412, 915)):
+        await page.set_viewport_size({"width": width, "height": height})
+        await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        assert await page.evaluate(TOOLS) == [], f"{width}x{height}"
+    await page.set_viewport_size({"width": 1440, "height": 900})
     await press(page, "Take control")
     remedy = {"remedy": '.guided [data-action="remedy"]'}
     await expect(page.locator(remedy["remedy"])).to_be_visible()
