@@ -406,6 +406,7 @@ def migrate(connection: Connection, target: str = "head") -> None:
     Digests are made again, but for steps that say by ``CHANGES_NO_ROW`` that they leave the rows that were there: then
     a store of thousands of lots is not read, and none of its surveys and lots gets a new state, which would be sent.
     """
+    logging.getLogger("alembic").setLevel(logging.WARNING)  # a new store is no news to an operator
     scripts = script.ScriptDirectory(str(_REVISIONS), version_locations=[str(_REVISIONS)])
 
     store = _raw(connection)
@@ -417,7 +418,6 @@ def migrate(connection: Connection, target: str = "head") -> None:
     def steps(*_: object) -> list[Any]:
         return [migration.MigrationStep.upgrade_from_script(scripts.revision_map, each) for each in missing]
 
-    logging.getLogger("alembic").setLevel(logging.WARNING)  # a new store is no news to an operator
     with environment.EnvironmentContext(config.Config(), scripts, fn=steps, destination_rev=target) as context:
         context.configure(connection=connection, transactional_ddl=True)
         context.run_migrations()

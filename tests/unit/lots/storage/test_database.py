@@ -5,6 +5,8 @@ import json
 import random
 import shutil
 import sqlite3
+import subprocess
+import sys
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -488,3 +490,13 @@ def test_a_long_list_is_read_without_a_collection_of_garbage(tmp_path: Path) -> 
     assert gc.isenabled()
     assert len(kept) == 10_000
     opened.close()
+
+
+@pytest.mark.slow
+def test_a_new_store_is_no_news_in_the_log(tmp_path: Path) -> None:
+    program = "import logging, pathlib, sys; logging.basicConfig(level=logging.INFO); "
+    program += "from hawk.lots.storage.database import Database; Database(pathlib.Path(sys.argv[1])).close()"
+    ended = subprocess.run(
+        [sys.executable, "-c", program, str(tmp_path / "lots.db")], capture_output=True, text=True, check=True
+    )
+    assert ended.stderr == ""
