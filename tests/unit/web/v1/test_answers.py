@@ -170,7 +170,7 @@ async def test_the_door_refuses_in_the_same_form(archive: Archive) -> None:
         for method, path, status in (("GET", "/lots", 401), ("POST", "/lots", 401)):
             async with stranger.request(method, archive.address(path)) as response:
                 assert (response.status, response.content_type) == (status, "application/problem+json")
-                assert "log in on its page" in (await response.json(content_type=None))["detail"]
+                assert "log in on the page" in (await response.json(content_type=None))["detail"]
                 assert response.headers["WWW-Authenticate"] == 'Bearer realm="hawk"'
     status, problem = await archive.refused("/lots", method="DELETE")
     assert (status, problem["title"]) == (405, "Method Not Allowed")
