@@ -1,8 +1,8 @@
 """Programs of hawk that tests start hundreds of times, forked from a process that has loaded their modules.
 
 Loading them costs two seconds of a processor for a daemon and its simulator, which is a third of what such a test
-costs. ``python -m hawk.cli run …`` and ``python -m hawk.sim.cli …`` behave the same: a session, an environment, files
-and an end of their own. What is about the start of a program itself starts it as a person does.
+costs. They behave the same: a session, an environment, files and an end of their own. A test of the start itself starts
+a program as a person does.
 """
 
 from __future__ import annotations
@@ -110,7 +110,9 @@ class _Nursery:
         self._socket = ours
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", __name__, str(theirs.fileno())], pass_fds=[theirs.fileno()]
+                [sys.executable, "-m", __name__, str(theirs.fileno())],
+                stdin=subprocess.DEVNULL,
+                pass_fds=[theirs.fileno()],
             )
 
     def ask(self, what: Mapping[str, Any], files: Sequence[int] = ()) -> dict[str, int]:
@@ -164,10 +166,10 @@ if __name__ == "__main__":
     for name in _LOADED:
         importlib.import_module(name)
     request = serve(socket.socket(fileno=int(sys.argv[1])))
-    module, sys.argv = request["argv"][0] == "-m", request["argv"]
-    if module:
-        sys.argv = sys.argv[1:]
+    first, *rest = sys.argv = request["argv"]
+    if first == "-m":
+        sys.argv = rest
         runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
     else:
-        sys.path[0] = str(Path(sys.argv[0]).parent)
-        runpy.run_path(sys.argv[0], run_name="__main__")
+        sys.path[0] = str(Path(first).parent)
+        runpy.run_path(first, run_name="__main__")

@@ -21,7 +21,7 @@ from hawk.comm.protocol.heartbeat import ClientId
 from hawk.ddc.decider import Decision
 from hawk.ddc.facts import Facts
 from hawk.ddc.orders import Cause
-from hawk.store.frame_codec import field_names
+from hawk.store.frame_codec import field_names, field_values
 
 _LOGGER = logging.getLogger(__name__)
 
@@ -99,7 +99,7 @@ class Recorder:
         whole = self._last is None or self._count % WHOLE_EVERY == 0
         last, self._last = self._last, facts
         self._count += 1
-        values = {name: getattr(facts, name) for name in field_names(Facts)}
+        values = field_values(facts)
         return values if whole else {name: value for name, value in values.items() if value != getattr(last, name)}
 
 

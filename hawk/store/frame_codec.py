@@ -37,8 +37,8 @@ def parts_of(frame: Any) -> tuple[dict[str, Any], bytes]:
     """Return a frame's fields without its picture, and the picture. Raises TypeError for what is no frame."""
     if not is_dataclass(frame) or isinstance(frame, type) or not isinstance(getattr(frame, _PICTURE, None), bytes):
         raise TypeError(f"{type(frame).__name__} is no dataclass with a {_PICTURE} field of bytes")
-    values = {name: getattr(frame, name) for name in field_names(type(frame)) if name != _PICTURE}
-    return values, getattr(frame, _PICTURE)
+    values = field_values(frame)
+    return values, values.pop(_PICTURE)
 
 
 def join_frame(header: bytes, picture: bytes) -> bytes:
@@ -109,10 +109,16 @@ def field_names(kind: Any) -> tuple[str, ...]:
     return tuple(item.name for item in fields(kind))
 
 
+def field_values(value: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass by name; `dataclasses.asdict` would copy what is within."""
+    kind: Any = type(value)
+    return {name: getattr(value, name) for name in field_names(kind)}
+
+
 def to_plain(value: Any) -> Any:
     """Return what JSON can hold of a dataclass, array scalar, set or path; for ``json.dumps(default=...)``."""
     if is_dataclass(value) and not isinstance(value, type):
-        return {name: getattr(value, name) for name in field_names(type(value))}
+        return field_values(value)
     if hasattr(value, "tolist"):
         return value.tolist()
     if isinstance(value, bytes):

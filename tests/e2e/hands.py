@@ -100,11 +100,22 @@ async def hover(page: Page) -> None:
     await state_is(page, "Holding")
 
 
+async def drawn(page: Page) -> None:
+    """Wait until the page is drawn as it stands."""
+    await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+async def resize(page: Page, width: int, height: int) -> None:
+    """Give the window a size, and wait until the page is drawn in it."""
+    await page.set_viewport_size({"width": width, "height": height})
+    await drawn(page)
+
+
 async def prefer_hand(page: Page, is_left: bool) -> None:
     """Choose the hand that acts, and wait until the page stands so."""
     await page.evaluate(f"document.querySelector('hawk-app').model.prefer({{ leftHanded: {str(is_left).lower()} }})")
     await page.wait_for_function("(is) => document.documentElement.classList.contains('left') === is", arg=is_left)
-    await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    await drawn(page)
 
 
 MIDDLE = """(target) => {

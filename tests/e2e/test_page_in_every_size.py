@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from playwright.async_api import Browser, Page, expect
 
-from tests.e2e.hands import button, new_page, press, shows, state_is
+from tests.e2e.hands import button, new_page, press, resize, shows, state_is
 
 pytestmark = [pytest.mark.e2e, pytest.mark.asyncio(loop_scope="session")]
 
@@ -109,8 +109,7 @@ async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     await page.set_viewport_size({"width": 390, "height": 844})
     await expect(page.locator(".toast.warning")).to_be_visible()  # a notice lies beside the tools
     for width, height in (*GROUND_SIZES, (360, 740), (390, 844), (412, 915)):
-        await page.set_viewport_size({"width": width, "height": height})
-        await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        await resize(page, width, height)
         assert await page.evaluate(TOOLS) == [], f"{width}x{height}"
     await page.set_viewport_size({"width": 1440, "height": 900})
     await press(page, "Take control")
@@ -118,8 +117,7 @@ async def test_the_remedy_of_a_failed_check_is_the_next_step_in_every_size(
     await expect(page.locator(remedy["remedy"])).to_be_visible()
     found: dict[str, list[str]] = {}
     for width, height in GROUND_SIZES:
-        await page.set_viewport_size({"width": width, "height": height})
-        await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        await resize(page, width, height)
         problems = (await page.evaluate(MEASURE, SAFETY | remedy))["problems"] + await page.evaluate(READABLE)
         if problems:
             found[f"{width}x{height}"] = problems
@@ -144,8 +142,7 @@ async def everything_is_in_reach(page: Page, state: str, selectors: dict[str, st
     """Look at every size; return where Hold and Land are in each."""
     found, places = {}, []
     for width, height in SIZES:
-        await page.set_viewport_size({"width": width, "height": height})
-        await page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        await resize(page, width, height)
         measured = await page.evaluate(MEASURE, selectors)
         problems = measured["problems"]
         places.append([await page.locator(SAFETY[each]).bounding_box() for each in ("hold", "land")])
